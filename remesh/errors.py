@@ -17,7 +17,15 @@ class InputError(PmeshError, ValueError):
 
 
 class BlowUpError(PmeshError, ArithmeticError):
-    """A running computation broke; the last good state is kept."""
+    """A running computation broke; ``kept`` says where the last good state is."""
+
+    state: object = None  # the last good state itself, where the error knows it
+
+    def __init__(self, problem: str, *, hint: str | None = None, kept: str | None = None) -> None:
+        super().__init__(problem, hint=hint)
+        if kept is not None:
+            advice = "" if hint is None else f"  try: {hint}"
+            self.args = (f"{problem}\n  Last good state: {kept}.{advice}",)
 
 
 class StorageError(PmeshError, OSError):

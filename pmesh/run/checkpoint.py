@@ -1,0 +1,175 @@
+"""The checkpoint: a state, exactly, in one HDF5 file that a kill at any moment leaves whole."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import zlib
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from pmesh.run import tree
+from pmesh.run.files import write_atomic
+from remesh.errors import InputError, StorageError
+
+FORMAT = "pmesh checkpoint"
+VERSION = 1
+PACKAGES = ("pmesh", "remesh", "levelset")  # whose dataclasses a file may name
+SCALARS = {"bool": bool, "int": int, "float": float, "str": str}
+
+
+def save(path: str | Path, state: Any, **notes: float) -> None:
+    """Write the state, and some numbers beside it, to a new file renamed over the old one.
+
+    Keeps dataclasses, tuples, lists, dicts with text keys, arrays, numbers, text and None, every
+    bit of them; refuses anything else. Costs one copy of the state in memory.
+    """
+    image = io.BytesIO()  # a full disk then meets plain writes, never HDF5 in mid-air
+    with h5py.File(image, "w", libver="latest") as file:  # "latest" has checksums on its metadata
+        file.attrs.update(format=FORMAT, version=VERSION)
+        file.create_group("notes").attrs.update(notes)
+        _write(file, "state", state)
+    write_atomic(Path(path), image.getbuffer())
+
+
+def load(path: str | Path, like: Any = None) -> Any:
+    """The state that :func:`save` wrote.
+
+    Builds dataclasses of pmesh, remesh and levelset, and those that occur in ``like``; refuses
+    files that are missing, cut, damaged, foreign, of another version, or that name other classes.
+    """
+    return _open(Path(path), lambda file: _read(file["state"], _trusted(like)))
+
+
+def notes(path: str | Path) -> dict[str, float]:
+    """The numbers that were kept beside the state."""
+    return _open(Path(path), lambda file: dict(file["notes"].attrs))  # type: ignore[no-any-return]
+
+
+def _open(path: Path, use: Any) -> Any:
+    """Use a checkpoint file; everything that can be wrong with it becomes a StorageError."""
+    fresh = "an earlier copy of the file, or --overwrite, which starts anew"
+    if not path.is_file():
+        raise StorageError(f"there is no checkpoint {path}", hint="a run without --resume")
+    try:
+        with h5py.File(path, "r") as file:
+            if file.attrs.get("format") != FORMAT:
+                raise StorageError(f"{path} is HDF5, but not a checkpoint of pmesh", hint=fresh)
+            if (version := int(file.attrs["version"])) != VERSION:
+                raise StorageError(
+                    f"{path} has checkpoint format {version}, this pmesh reads format {VERSION}",
+                    hint="the version of pmesh that case.toml names",
+                )
+            return use(file)
+    except StorageError as error:
+        if str(path) in error.problem:
+            raise
+        raise StorageError(f"{path}: {error.problem}", hint=error.hint) from error
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+        raise StorageError(f"{path} is cut short or damaged: {error}", hint=fresh) from error
+
+
+def _write(parent: h5py.Group, name: str, value: Any) -> None:
+    """Write one node of the tree; its attribute ``kind`` says what it is."""
+    if isinstance(value, np.ndarray | np.generic):
+        array = np.ascontiguousarray(value) if np.ndim(value) else np.asarray(value)
+        if array.dtype.kind not in "biufc":
+            raise InputError(
+                f"a state holds arrays of numbers, got dtype {array.dtype} in {parent.name}/{name}",
+                hint="float64, float32, complex, integers or booleans",
+            )
+        node = parent.create_dataset(name, data=array)
+        node.attrs["kind"] = "array" if isinstance(value, np.ndarray) else "scalar"
+        node.attrs["crc32"] = zlib.crc32(array.tobytes() if not array.ndim else array.data)
+        if isinstance(value, np.ndarray):
+            node.attrs["writeable"] = bool(value.flags.writeable)
+        return
+    node = parent.create_group(name, track_order=True)
+    if value is None:
+        node.attrs["kind"] = "none"
+    elif type(value) in SCALARS.values():
+        node.attrs["kind"] = type(value).__name__
+        node.attrs["value"] = value.hex() if isinstance(value, float) else str(value)
+    elif tree.is_record(value):
+        node.attrs["kind"] = "record"
+        node.attrs["class"] = f"{type(value).__module__}:{type(value).__qualname__}"
+    elif type(value) in (tuple, list, dict) and _plain_keys(value):
+        node.attrs["kind"] = type(value).__name__
+    else:
+        raise InputError(
+            f"a state cannot hold a {type(value).__qualname__}, found at {node.name}",
+            hint="dataclasses, tuples, lists, dicts with text keys, arrays, numbers, text, None",
+        )
+    for part_name, part in tree.children(value):
+        _write(node, part_name.replace("/", "\N{FRACTION SLASH}"), part)
+
+
+def _plain_keys(value: Any) -> bool:
+    return not isinstance(value, Mapping) or all(
+        isinstance(key, str) and key and "/" not in key and key != "." for key in value
+    )
+
+
+def _read(node: Any, trusted: dict[str, type]) -> Any:
+    """Read one node of the tree."""
+    kind = node.attrs["kind"]
+    if kind in ("array", "scalar"):
+        value = node[()]
+        data = np.ascontiguousarray(value).data if np.ndim(value) else np.asarray(value).tobytes()
+        if zlib.crc32(data) != node.attrs["crc32"]:
+            raise ValueError(f"{node.name} does not match its checksum")
+        if kind == "scalar":
+            return value
+        array = np.asarray(value)
+        array.flags.writeable = bool(node.attrs["writeable"])
+        return array
+    if kind == "none":
+        return None
+    if kind in SCALARS:
+        text = str(node.attrs["value"])
+        if kind == "float":
+            return float.fromhex(text)
+        return text == "True" if kind == "bool" else SCALARS[kind](text)
+    parts = {name: _read(part, trusted) for name, part in node.items()}
+    if kind == "record":
+        return tree.rebuild(_class(node.attrs["class"], set(parts), trusted), parts)
+    if kind == "dict":
+        return parts
+    ordered = [parts[str(i)] for i in range(len(parts))]
+    return tuple(ordered) if kind == "tuple" else ordered
+
+
+def _trusted(like: Any) -> dict[str, type]:
+    """The dataclasses that occur in a value, by the name a file gives them."""
+    return {f"{cls.__module__}:{cls.__qualname__}": cls for cls in tree.records(like)}
+
+
+def _class(name: str, parts: set[str], trusted: dict[str, type]) -> type:
+    """The dataclass of that name: one of ours or a trusted one, with exactly these fields."""
+    cls: Any = trusted.get(name)
+    module, _, path = name.partition(":")
+    if cls is None and module.split(".")[0] in PACKAGES:
+        try:
+            cls = importlib.import_module(module)
+            for step in path.split("."):
+                cls = getattr(cls, step)
+        except (ImportError, AttributeError):
+            cls = None
+    known = isinstance(cls, type) and is_dataclass(cls) and cls.__module__ == module
+    if not known:
+        raise StorageError(
+            f"it holds a {name}, which is not a state of this pmesh",
+            hint="the version of pmesh that case.toml names, or load(path, like=a_state)",
+        )
+    expected = {part.name for part in fields(cls)}
+    if expected != parts:
+        raise StorageError(
+            f"its {name} has the fields {sorted(parts)}, this pmesh expects {sorted(expected)}",
+            hint="the version of pmesh that case.toml names",
+        )
+    return cls  # type: ignore[no-any-return]

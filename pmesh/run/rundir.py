@@ -1,0 +1,95 @@
+"""The directory of a run: which files it holds, whose run they are, and how to go on from them."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+from pmesh.run import checkpoint
+from pmesh.run.files import make_folder, storing
+from pmesh.run.series import SeriesFile
+from remesh.errors import InputError
+
+CASE = "case.toml"
+SERIES = "series.csv"
+CHECKPOINT = "checkpoint.h5"
+FIELDS = "fields.vtkhdf"
+SNAPSHOTS = "fields"
+FIGURE = "figure.png"
+SUMMARY = "summary.json"
+# in the order in which they are removed: without its checkpoint a run is not one to go on from
+RUN_FILES = (CHECKPOINT, SERIES, FIELDS, SNAPSHOTS, FIGURE, SUMMARY, CASE)
+
+
+class RunFolder:
+    """A run directory in use: the series grows, the checkpoint follows it."""
+
+    series: SeriesFile
+
+    def __init__(self, path: Path, *, resume: bool = False, overwrite: bool = False) -> None:
+        if not resume:
+            refuse_another_run(path, overwrite=overwrite)
+        self.path = path
+        self.resumed = resume and (path / CHECKPOINT).exists()
+        self._opened = False
+        self._made = not path.exists()
+        make_folder(path)
+        clear(path, (FIGURE, SUMMARY) if resume else RUN_FILES)
+
+    def restore(self, state: Any) -> tuple[Any, float, int]:
+        """The state to start from, with the seconds and node steps it has cost so far."""
+        if not self.resumed:
+            return state, 0.0, 0
+        kept = checkpoint.load(self.path / CHECKPOINT, like=state)
+        if type(kept) is not type(state):
+            raise InputError(
+                f"{self.path / CHECKPOINT} holds a {type(kept).__name__}, "
+                f"the run has a {type(state).__name__}",
+                hint="the flow this checkpoint was written by, or another directory",
+            )
+        cost = checkpoint.notes(self.path / CHECKPOINT)
+        return kept, float(cost["seconds"]), int(cost["node_steps"])
+
+    def open_series(self, step: int) -> None:
+        """Open series.csv; of a resumed run the rows after ``step`` are forgotten."""
+        self.series = SeriesFile(self.path / SERIES, step if self.resumed else None)
+        self._opened = True
+
+    def save(self, state: Any, seconds: float, node_steps: int) -> None:
+        """Write the checkpoint, once everything it stands on is on the disk."""
+        self.series.sync()
+        checkpoint.save(
+            self.path / CHECKPOINT, state, seconds=seconds, node_steps=float(node_steps)
+        )
+
+    def close(self, *, forget: bool) -> None:
+        """Let go of the files; of a run that never started leave nothing."""
+        if self._opened:
+            self.series.close()
+        if forget:
+            clear(self.path)
+            if self._made and not any(self.path.iterdir()):
+                self.path.rmdir()
+
+
+def refuse_another_run(path: Path, *, overwrite: bool) -> None:
+    """Refuse a path that is a file, or a directory with a run in it that may not be replaced."""
+    if path.exists() and not path.is_dir():
+        raise InputError(f"the run directory {path} is a file", hint="another directory")
+    found = [name for name in RUN_FILES if (path / name).exists()]
+    if found and not overwrite:
+        raise InputError(
+            f"{path} already holds a run ({', '.join(found)})",
+            hint="resume (--resume), overwrite (--overwrite), or another directory (--out)",
+        )
+
+
+def clear(path: Path, names: tuple[str, ...] = RUN_FILES) -> None:
+    """Remove the files of a run, and no others."""
+    for name in names:
+        with storing(path / name):
+            if (path / name).is_dir():
+                shutil.rmtree(path / name)
+            else:
+                (path / name).unlink(missing_ok=True)
