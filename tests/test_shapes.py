@@ -1,0 +1,224 @@
+"""Shapes: distances are distances, areas are areas, and the set algebra is one."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from levelset.shapes import Box, Disk, Ellipse, Polygon, SlottedDisk, Sphere
+from remesh.errors import InputError
+
+RAYS = [((1.0, 1.5)[i % 2], i * math.pi / 5) for i in range(10)]
+STAR = Polygon(tuple((r * math.cos(t), r * math.sin(t)) for r, t in RAYS))
+SHAPES = {
+    "disk": Disk(0.8, center=(0.1, -0.2)),
+    "sphere": Sphere(0.9, center=(0.1, 0.2, -0.1)),
+    "box": Box((1.2, 0.7), center=(0.2, 0.1)),
+    "cuboid": Box((1.2, 0.7, 1.5)),
+    "wide ellipse": Ellipse((1.3, 0.4)),
+    "tall ellipse": Ellipse((0.3, 1.2), center=(0.1, 0.1)),
+    "slotted disk": SlottedDisk(radius=1.2, width=0.4, depth=1.9),
+    "short slot": SlottedDisk(radius=1.2, width=0.5, depth=0.6, center=(-0.1, 0.2)),
+    "star": STAR,
+    "turned box": Box((1.2, 0.7)).moved(shift=(0.3, -0.1), angle=0.7),
+    "turned cuboid": Box((1.2, 0.7, 0.9)).moved(shift=(0.1, 0, 0), angle=(0.3, -0.5, 0.8)),
+}
+PLANE = [name for name, shape in SHAPES.items() if shape.ndim == 2]
+
+
+def slopes_of(shape, points, step=1e-6):
+    """Central differences of the distance along each axis."""
+    shifts = step * np.eye(shape.ndim)[:, :, None]
+    sides = [shape.distance(points + s) - shape.distance(points - s) for s in shifts]
+    return np.stack(sides) / (2 * step)
+
+
+def scattered(shape, count=4000, seed=5):
+    return np.random.default_rng(seed).uniform(-1.8, 1.8, (shape.ndim, count))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_distance_has_a_unit_gradient(name):
+    shape = SHAPES[name]
+    slopes = slopes_of(shape, scattered(shape))
+    slope = np.sqrt(np.sum(slopes**2, axis=0))
+    # ridges, where two nearest points compete, are a set of measure zero: a few points hit them
+    assert np.mean(np.abs(slope - 1.0) < 1e-6) > 0.998
+    assert slope.max() < 1.0 + 1e-6
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_stepping_along_the_distance_lands_on_the_zero_set(name):
+    shape, points = SHAPES[name], scattered(SHAPES[name], 500)
+    slope = slopes_of(shape, points)
+    smooth = np.abs(np.sum(slope**2, axis=0) - 1.0) < 1e-6
+    landed = points - slope * shape.distance(points)
+    assert smooth.mean() > 0.99
+    assert np.abs(shape.distance(landed[:, smooth])).max() < 1e-8
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_distance_is_lipschitz_one(name):
+    shape = SHAPES[name]
+    a, b = scattered(shape, seed=1), scattered(shape, seed=2)
+    apart = np.sqrt(np.sum((a - b) ** 2, axis=0))
+    assert np.all(np.abs(shape.distance(a) - shape.distance(b)) <= apart * (1 + 1e-12))
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_inside_of_the_distance_has_the_stated_volume(name):
+    shape = SHAPES[name]
+    cells = 700 if shape.ndim == 2 else 90
+    lower, upper = (np.array(side) for side in shape.bounds())
+    spacing = (upper - lower) / cells
+    axes = [low + (np.arange(cells) + 0.5) * h for low, h in zip(lower, spacing, strict=True)]
+    inside = shape.distance(np.stack(np.meshgrid(*axes, indexing="ij"))) < 0
+    assert inside.sum() * spacing.prod() == pytest.approx(shape.volume, rel=4e-3)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_bounds_hold_the_shape(name):
+    shape, points = SHAPES[name], scattered(SHAPES[name])
+    lower, upper = (np.array(side)[:, None] for side in shape.bounds())
+    outside = np.any((points < lower) | (points > upper), axis=0)
+    assert np.all(shape.distance(points[:, outside]) > 0)
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_single_precision_stays_single_and_agrees(name):
+    shape, points = SHAPES[name], scattered(SHAPES[name], 300)
+    single = shape.distance(points.astype(np.float32))
+    assert single.dtype == np.float32
+    assert single == pytest.approx(shape.distance(points), abs=2e-6)
+
+
+def test_zalesaks_disk_has_the_published_area_and_perimeter():
+    """Area 582.2070306 and perimeter 143.8047 for radius 15, slot 5 x 25."""
+    disk = SlottedDisk()
+    assert disk.area == pytest.approx(582.2070306, rel=1e-9)
+    assert disk.perimeter == pytest.approx(143.8047, abs=5e-5)
+
+
+def test_distances_known_by_hand():
+    assert Disk(1.0).distance(np.array([3.0, 4.0])) == pytest.approx(4.0)
+    assert Sphere(1.0).distance(np.array([1.0, 2.0, 2.0])) == pytest.approx(2.0)
+    box = Box((2.0, 4.0))
+    assert box.distance(np.array([[0.0, 4.0], [0.0, 6.0]])) == pytest.approx([-1.0, 5.0])
+    slotted = SlottedDisk(radius=15, width=5, depth=25)
+    points = np.array([[0.0, 0.0, 0.0, 14.0], [12.0, 5.0, 0.0, 0.0]])
+    assert slotted.distance(points) == pytest.approx([-2.0, 2.5, 2.5, -1.0])
+
+
+def test_ellipse_distance_equals_a_dense_search_of_its_edge():
+    for a, b in ((2.0, 0.05), (1.0, 1.0), (0.3, 1.7)):
+        ellipse = Ellipse((a, b))
+        angle = np.linspace(0.0, 2.0 * np.pi, 400_001)
+        edge = np.stack([a * np.cos(angle), b * np.sin(angle)])
+        points = np.array(
+            [
+                [0.0, 0.5 * a, a, 1.9, 1e-12, -0.7, 0.0],
+                [0.0, 0.0, 0.0, 1e-14, 0.9 * b, 2.2, 1.5 * b],
+            ]
+        )
+        nearest = [np.hypot(*(edge - p[:, None])).min() for p in points.T]
+        assert np.abs(ellipse.distance(points)) == pytest.approx(nearest, abs=1e-9)
+
+
+def test_a_rotation_vector_turns_about_its_own_direction():
+    box = Box((2.0, 4.0, 6.0)).moved(angle=(0.0, 0.0, math.pi / 2))
+    same = Box((4.0, 2.0, 6.0))
+    points = scattered(same)
+    assert box.distance(points) == pytest.approx(same.distance(points), abs=1e-12)
+    plane = Box((2.0, 4.0)).moved(angle=math.pi / 2)
+    swapped = Box((4.0, 2.0)).distance(points[:2])
+    assert plane.distance(points[:2]) == pytest.approx(swapped, abs=1e-12)
+
+
+def test_a_positive_angle_turns_counterclockwise():
+    turned = Box((2.0, 0.2), center=(1.0, 0.0)).moved(angle=0.5 * math.pi)
+    assert turned.distance(np.array([0.0, 1.5])) < 0 < turned.distance(np.array([0.0, -1.5]))
+
+
+sizes = st.floats(0.2, 1.5)
+places = st.tuples(st.floats(-1, 1), st.floats(-1, 1))
+disks = st.builds(lambda r, c: Disk(r, center=c), sizes, places)
+boxes = st.builds(lambda a, b, c: Box((a, b), center=c), sizes, sizes, places)
+plane_shapes = st.one_of(disks, boxes)
+POINTS = scattered(SHAPES["disk"], 300, seed=9)
+
+
+@given(plane_shapes, plane_shapes, plane_shapes)
+def test_set_algebra_obeys_its_laws(a, b, c):
+    def same(left, right):
+        assert np.array_equal(left.distance(POINTS), right.distance(POINTS))
+
+    same(a | b, b | a)
+    same(a & b, b & a)
+    same((a | b) | c, a | (b | c))
+    same(a & (b | c), (a & b) | (a & c))
+    same(a - (b | c), (a - b) & (a - c))
+    same(a | a, a)
+    assert np.all((a - a).distance(POINTS) >= 0)
+
+
+@given(plane_shapes, plane_shapes)
+def test_membership_follows_the_sets(a, b):
+    in_a, in_b = a.distance(POINTS) < 0, b.distance(POINTS) < 0
+    assert np.array_equal((a | b).distance(POINTS) < 0, in_a | in_b)
+    assert np.array_equal((a & b).distance(POINTS) < 0, in_a & in_b)
+    assert np.array_equal((a - b).distance(POINTS) < 0, in_a & (b.distance(POINTS) > 0))
+
+
+@given(plane_shapes, places, st.floats(-4, 4))
+def test_moving_back_restores_the_distance(shape, shift, angle):
+    there = shape.moved(shift=shift, angle=angle)
+    back = there.moved(shift=(-shift[0], -shift[1])).moved(angle=-angle)
+    assert back.distance(POINTS) == pytest.approx(shape.distance(POINTS), abs=1e-12)
+    assert there.volume == shape.volume
+
+
+def test_the_union_is_exact_outside_and_a_bound_inside():
+    halves = Box((1.0, 1.0), center=(-0.5, 0)) | Box((1.0, 1.0), center=(0.5, 0))
+    whole, points = Box((2.0, 1.0)), scattered(SHAPES["box"])
+    outside = whole.distance(points) > 0
+    assert halves.distance(points[:, outside]) == pytest.approx(whole.distance(points[:, outside]))
+    assert np.all(np.abs(halves.distance(points)) <= np.abs(whole.distance(points)) + 1e-15)
+
+
+@pytest.mark.parametrize(
+    ("make", "said"),
+    [
+        (lambda: Disk(-1.0), "radius must be a positive length, got -1.0"),
+        (lambda: Disk(math.nan), "radius must be a positive length, got nan"),
+        (lambda: Disk(1.0, center=(0, 0, 0)), "center must hold 2 finite numbers"),
+        (lambda: Sphere(1.0, center=(0, math.inf, 0)), "center must hold 3 finite numbers"),
+        (lambda: Box((1.0,)), "size must hold 2 or 3 lengths"),
+        (lambda: Box((1.0, 0.0)), r"size\[1\] must be a positive length"),
+        (lambda: Ellipse((1.0, 2.0, 3.0)), "axes must hold 2 half axes"),
+        (lambda: SlottedDisk(radius=1.0, width=2.5, depth=1.0), "must end inside the disk"),
+        (lambda: SlottedDisk(radius=1.0, width=0.5, depth=2.5), "must end inside the disk"),
+        (lambda: SlottedDisk(radius=1.0, width=0.5, depth=0.01), "must end inside the disk"),
+        (lambda: Polygon(((0, 0), (1, 0))), "at least 3 finite corners"),
+        (lambda: Polygon(((0, 0), (2, 2), (2, 0), (0, 1))), "sides 0 and 2 meet"),
+        (lambda: Polygon(((0, 0), (1, 1), (2, 2))), "repeated corners or no area"),
+        (lambda: Disk(1.0) | Sphere(1.0), "2 and 3 dimensions cannot be joined"),
+        (lambda: Disk(1.0) & "box", "set algebra joins shapes, got str"),
+        (lambda: Disk(1.0).moved(shift=(1.0,)), "shift must hold 2 finite"),
+        (lambda: Disk(1.0).moved(angle=(0, 0, 1)), "angle must hold 1 finite"),
+        (lambda: Disk(1.0).distance(np.zeros((5, 2))), r"must have shape \(2, ...\), got \(5, 2\)"),
+        (lambda: (Disk(1.0) & Disk(1.0, center=(9, 0))).bounds(), "intersection is empty"),
+    ],
+)
+def test_what_cannot_be_a_shape_is_refused(make, said):
+    with pytest.raises(InputError, match=said):
+        make()
+
+
+def test_sides_on_one_line_may_be_parts_of_one_polygon():
+    comb = Polygon(((0, 0), (3, 0), (3, 1), (2, 1), (2, 0.5), (1, 0.5), (1, 1), (0, 1)))
+    assert comb.area == pytest.approx(2.5)
+    assert comb.distance(np.array([1.5, 0.9])) == pytest.approx(0.4)
