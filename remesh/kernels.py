@@ -54,18 +54,19 @@ class Kernel:
 
     def __call__(self, x: ArrayLike) -> NDArray[np.floating[Any]]:
         """W(x), any shape, x in cells; float32 stays float32."""
-        points = np.abs(np.asarray(x))
-        if points.dtype not in (np.float32, np.float64):
-            points = points.astype(np.float64)
+        given = np.asarray(x)
+        dtype = np.float32 if given.dtype == np.float32 else np.float64
+        points = np.abs(given.astype(dtype))
         interval = np.floor(points)
-        local = points - interval - points.dtype.type(0.5)
+        local = points - interval - dtype(0.5)
         values = np.zeros_like(points)
         for i, piece in enumerate(shifted(self)):
             inside = interval == i
             values[inside] = np.polynomial.polynomial.polyval(
-                local[inside], np.array([float(c) for c in piece], dtype=points.dtype)
+                local[inside], np.array([float(c) for c in piece], dtype=dtype)
             )
-        return values
+        result: NDArray[np.floating[Any]] = values
+        return result
 
 
 @lru_cache(maxsize=64)
@@ -174,7 +175,7 @@ def get_kernel(kernel: str | Kernel) -> Kernel:
 
 
 def _rows(denominator: int, rows: str) -> Pieces:
-    """Coefficients over one denominator, low to high order in |x|, intervals apart by a semicolon."""
+    """Coefficients over one denominator, low to high order in |x|; intervals end in semicolons."""
     return tuple(
         tuple(Fraction(int(c), denominator) for c in row.split()) for row in rows.split(";")
     )

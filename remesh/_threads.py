@@ -1,0 +1,46 @@
+"""Threads for compiled loops that release the lock; the split of the work never depends on them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache
+from typing import Any
+
+from remesh.errors import InputError
+
+
+def thread_count(threads: int | None) -> int:
+    """The number of threads to use: as asked, else what numba was told (NUMBA_NUM_THREADS)."""
+    if threads is None:
+        import numba
+
+        return int(numba.get_num_threads())
+    if int(threads) != threads or threads < 1:
+        raise InputError(f"threads must be a whole number >= 1, got {threads}", hint="threads=2")
+    return int(threads)
+
+
+@lru_cache(maxsize=8)
+def _pool(threads: int, process: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(
+        threads, thread_name_prefix="remesh"
+    )  # one per process: forks are safe
+
+
+def share(work: Callable[..., Any], pieces: int, threads: int, *arguments: Any) -> None:
+    """Call ``work(first, pieces, step, *arguments)`` so that each piece is done exactly once.
+
+    Piece k is done by thread k modulo the number of threads; a law that gives each piece its own
+    output therefore returns the same bits for any number of threads.
+    """
+    step = max(1, min(threads, pieces))
+    if step == 1:
+        work(0, pieces, 1, *arguments)
+        return
+    pool = _pool(step - 1, os.getpid())
+    others = [pool.submit(work, first, pieces, step, *arguments) for first in range(1, step)]
+    work(0, pieces, step, *arguments)
+    for other in others:
+        other.result()
