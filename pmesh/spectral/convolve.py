@@ -1,0 +1,244 @@
+"""Convolutions on a box: lines along the last axis, then one small transform per wavenumber of it.
+
+Zeros are never transformed: of a doubled axis only the lines that hold data go in, and only the lines
+that are kept come out. The blocks of work do not depend on the number of threads, nor do the results.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from pmesh.spectral.fft import Transform, aligned, check_backend, plan, share
+from pmesh.spectral.sweeps import scale
+from pmesh.spectral.symbols import Box
+
+Field = NDArray[Any]
+_LINES = 32  # lines transformed at once: they fit the cache
+
+
+class Multiplier(Protocol):
+    """An even real multiplier, made block by block: rows of wavenumbers of the last axis."""
+
+    def block(self, low: int, high: int) -> NDArray[Any]:
+        """Its values for the wavenumbers ``low:high`` of the last axis, axes reversed."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """One summand of an output: i^turn times a real table times the transform of a source.
+
+    ``parity`` tells per axis whether the table is odd; ``table=None`` stands for one.
+    """
+
+    source: int
+    table: NDArray[Any] | None = None
+    parity: tuple[int, ...] = ()
+    turn: int = 0
+
+
+class _Worker:
+    """Scratch and plans of one thread."""
+
+    def __init__(self, owner: Convolver, sources: int) -> None:
+        box, dtype, backend = owner.box, owner.dtype, owner.backend
+        spectral = np.result_type(dtype, np.complex64)
+        n0, p0, last = box.shape[0], box.padded[0], box.padded[-1]
+        rows, middle = owner.row_block
+        self.line = aligned((rows, middle, last), dtype)
+        self.line_hat = aligned((rows, middle, last // 2 + 1), spectral)
+        self.to_hat = plan(self.line, self.line_hat, backend=backend)
+        self.from_hat = plan(self.line_hat, self.line, inverse=True, backend=backend)
+        lines = owner.mode_block * owner.padded_middle
+        self.spectra: list[Field] = []
+        self.forward: list[Transform] = []
+        for _ in range(sources + 1):
+            spectrum = aligned((lines, p0), spectral)
+            self.spectra.append(spectrum)
+            self.forward.append(plan(spectrum, spectrum, backend=backend))
+        self.result = self.spectra[-1]
+        self.backward = plan(self.result, self.result, inverse=True, backend=backend)
+        if owner.padded_middle > 1:
+            self.plane = aligned((n0, owner.padded_middle), spectral)
+            self.plane_forward = plan(self.plane, self.plane, backend=backend)
+            self.plane_backward = plan(self.plane, self.plane, inverse=True, backend=backend)
+
+
+class Convolver:
+    """Applies sums of multipliers to fields on one box; keeps its buffers and plans between calls.
+
+    ``run`` transforms each source once and each output once. Memory: one half-complex array, unpadded but
+    along the last axis, per source or output (whichever are more), plus a few lines per thread.
+    """
+
+    def __init__(
+        self, box: Box, *, dtype: DTypeLike, threads: int, backend: str | None = None
+    ) -> None:
+        self.box = box
+        self.dtype: np.dtype[Any] = np.dtype(dtype)
+        self.threads = threads
+        self.backend = check_backend(backend)
+        shape, padded = box.shape, box.padded
+        self.middle = shape[1] if len(shape) == 3 else 1
+        self.padded_middle = padded[1] if len(shape) == 3 else 1
+        self.modes = padded[-1] // 2 + 1
+        if len(shape) == 3:
+            self.row_block = (min(8, shape[0]), min(16, shape[1]))
+            self.mode_block = 1
+        else:
+            self.row_block = (min(_LINES, shape[0]), 1)
+            self.mode_block = math.ceil(self.modes / math.ceil(self.modes / _LINES))
+        self.scale = 1.0 / math.prod(padded)
+        self._storage: list[Field] = []
+        self._workers: list[_Worker] = []
+        self._lock = threading.Lock()
+
+    def run(
+        self,
+        sources: Sequence[Field],
+        outputs: Sequence[Sequence[Term]],
+        out: Sequence[Field],
+        *,
+        smoothing: Multiplier | None = None,
+        shifts: Sequence[float] | None = None,
+    ) -> list[float]:
+        """Write every output into ``out`` (plus its shift) and return the means of the sources.
+
+        ``smoothing`` multiplies every source first. ``out`` may be the sources. A mean that is not finite
+        tells that the source is not; the outputs are then not written.
+        """
+        with self._lock:
+            self._provide(len(sources), max(len(sources), len(outputs)))
+            for s, field in enumerate(sources):
+                self._rows_in(field, self._storage[s])
+            means = [
+                float(np.sum(self._storage[s][0].real, dtype=np.float64))
+                / math.prod(self.box.shape)
+                for s in range(len(sources))
+            ]
+            if all(math.isfinite(mean) for mean in means):
+                self._modes(len(sources), outputs, smoothing)
+                for o, field in enumerate(out):
+                    self._rows_out(self._storage[o], field, shifts[o] if shifts else 0.0)
+            return means
+
+    def _provide(self, sources: int, fields: int) -> None:
+        spectral = np.result_type(self.dtype, np.complex64)
+        shape = (self.modes, self.middle, self.box.shape[0])
+        while len(self._storage) < fields:
+            self._storage.append(aligned(shape, spectral))
+        if not self._workers or len(self._workers[0].spectra) < sources + 1:
+            self._workers = [_Worker(self, sources) for _ in range(self.threads)]
+
+    def _row_blocks(self) -> tuple[int, int]:
+        rows, middle = self.row_block
+        return math.ceil(self.box.shape[0] / rows), math.ceil(self.middle / middle)
+
+    def _rows_in(self, field: Field, stored: Field) -> None:
+        rows, middle = self.row_block
+        n0, last = self.box.shape[0], self.box.shape[-1]
+        source = field.reshape(n0, self.middle, last)
+        across, along = self._row_blocks()
+
+        def work(worker: int, block: int) -> None:
+            own = self._workers[worker]
+            i, j = block // along * rows, block % along * middle
+            part = source[i : i + rows, j : j + middle]
+            a, b = part.shape[:2]
+            own.line[:a, :b, :last] = part
+            own.line[:a, :b, last:] = 0
+            own.to_hat()
+            stored[:, j : j + b, i : i + a] = own.line_hat[:a, :b].transpose(2, 1, 0)
+
+        share(work, across * along, self.threads)
+
+    def _rows_out(self, stored: Field, field: Field, shift: float) -> None:
+        rows, middle = self.row_block
+        n0, last = self.box.shape[0], self.box.shape[-1]
+        target = field.reshape(n0, self.middle, last)
+        across, along = self._row_blocks()
+        factor = self.dtype.type(self.scale)
+
+        def work(worker: int, block: int) -> None:
+            own = self._workers[worker]
+            i, j = block // along * rows, block % along * middle
+            part = target[i : i + rows, j : j + middle]
+            a, b = part.shape[:2]
+            own.line_hat[:a, :b] = stored[:, j : j + b, i : i + a].transpose(2, 1, 0)
+            own.from_hat()
+            np.multiply(own.line[:a, :b, :last], factor, out=part)
+            if shift:
+                part += self.dtype.type(shift)
+
+        share(work, across * along, self.threads)
+
+    def _modes(
+        self, sources: int, outputs: Sequence[Sequence[Term]], smoothing: Multiplier | None
+    ) -> None:
+        blocks = math.ceil(self.modes / self.mode_block)
+
+        def work(worker: int, block: int) -> None:
+            own = self._workers[worker]
+            low = block * self.mode_block
+            high = min(low + self.mode_block, self.modes)
+            lines = (high - low) * self.padded_middle
+            for s in range(sources):
+                self._load(own, self._storage[s][low:high], own.spectra[s])
+                own.forward[s]()
+                if smoothing is not None:
+                    self._apply(smoothing.block(low, high), Term(s), own.spectra[s][:lines], None)
+            for o, terms in enumerate(outputs):
+                for number, term in enumerate(terms):
+                    spectrum, result = own.spectra[term.source][:lines], own.result[:lines]
+                    if term.table is None:
+                        np.copyto(result, spectrum)
+                    else:
+                        table = term.table[low:high] if self.middle == 1 else term.table[low]
+                        self._apply(table, term, spectrum, result, add=number > 0)
+                own.backward()
+                self._store(own, own.result, self._storage[o][low:high])
+
+        share(work, blocks, self.threads)
+
+    def _apply(
+        self,
+        table: NDArray[Any],
+        term: Term,
+        spectrum: Field,
+        result: Field | None,
+        add: bool = False,
+    ) -> None:
+        parity = term.parity or (0,) * len(self.box.shape)
+        rows = parity[1] if len(self.box.shape) == 3 else 0
+        signs = np.array(
+            [-1 if term.turn & 2 else 1, -1 if rows else 1, -1 if parity[0] else 1],
+            dtype=self.dtype,
+        )
+        target = spectrum if result is None else result
+        scale(spectrum, table, signs, bool(term.turn & 1), add, target)
+
+    def _load(self, own: _Worker, stored: Field, spectrum: Field) -> None:
+        n0 = self.box.shape[0]
+        if self.padded_middle == 1:
+            spectrum[: stored.shape[0], :n0] = stored[:, 0]
+        else:
+            own.plane[:, : self.middle] = stored[0].T
+            own.plane[:, self.middle :] = 0
+            own.plane_forward()
+            spectrum[:, :n0] = own.plane.T
+        spectrum[:, n0:] = 0
+
+    def _store(self, own: _Worker, spectrum: Field, stored: Field) -> None:
+        n0 = self.box.shape[0]
+        if self.padded_middle == 1:
+            stored[:, 0] = spectrum[: stored.shape[0], :n0]
+        else:
+            own.plane[...] = spectrum[:, :n0].T
+            own.plane_backward()
+            stored[0] = own.plane[:, : self.middle].T

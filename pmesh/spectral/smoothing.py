@@ -1,0 +1,63 @@
+"""Smoothing multipliers: the heat semigroup exp(-a k^2) and its mean over a step, phi1."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from pmesh.spectral.convolve import Multiplier
+from pmesh.spectral.symbols import Box
+from remesh.errors import InputError
+
+Smoothing = tuple[str, float]
+
+SMOOTHINGS = ("heat", "phi1")
+
+
+class Heat:
+    """exp(-amount k^2), the exact solution of d/dt = laplace after ``amount`` [L^2]; a product of axes."""
+
+    def __init__(self, box: Box, amount: float, dtype: DTypeLike) -> None:
+        decays = [np.exp(-amount * box.wavenumbers(axis) ** 2) for axis in range(len(box.shape))]
+        first = decays[0][None, :] if len(decays) == 2 else np.outer(decays[1], decays[0])
+        self.first = first.astype(dtype)
+        self.last = decays[-1].astype(dtype)
+
+    def block(self, low: int, high: int) -> NDArray[Any]:
+        """Values for the wavenumbers ``low:high`` of the last axis."""
+        product: NDArray[Any] = self.last[low:high, None] * self.first
+        return product
+
+
+class Phi1:
+    """(1 - exp(-z)) / z with z = amount k^2: the mean of the heat semigroup over the step."""
+
+    def __init__(self, box: Box, amount: float, dtype: DTypeLike) -> None:
+        z = sum(
+            box.along(axis, amount * box.wavenumbers(axis) ** 2) for axis in range(len(box.shape))
+        )
+        z = np.asarray(z).T
+        safe = np.where(z > 0, z, 1.0)
+        self.values = np.ascontiguousarray(
+            np.where(z > 0, -np.expm1(-safe) / safe, 1.0), dtype=dtype
+        )
+
+    def block(self, low: int, high: int) -> NDArray[Any]:
+        """Values for the wavenumbers ``low:high`` of the last axis."""
+        return self.values[low:high] if self.values.ndim == 2 else self.values[low]
+
+
+def make_smoothing(box: Box, smoothing: Smoothing, dtype: DTypeLike) -> Multiplier:
+    """Multiplier of ``("heat", amount)`` or ``("phi1", amount)``, amount = viscosity * time [L^2]."""
+    kind, amount = smoothing
+    if kind not in SMOOTHINGS:
+        raise InputError(f"unknown smoothing {kind!r}", hint=f"one of {', '.join(SMOOTHINGS)}")
+    if not (math.isfinite(amount) and amount >= 0):
+        raise InputError(
+            f"the amount of smoothing must be finite and not negative [L^2], got {amount!r}",
+            hint="viscosity * dt, both not negative",
+        )
+    return Heat(box, amount, dtype) if kind == "heat" else Phi1(box, amount, dtype)

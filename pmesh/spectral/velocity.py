@@ -1,0 +1,255 @@
+"""Velocity from vorticity: one solver per mesh, with its buffers, plans and multipliers kept."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from pmesh.spectral.checks import check_field, check_freestream, check_mean, output
+from pmesh.spectral.convolve import Convolver, Field, Multiplier, Term
+from pmesh.spectral.fft import available_threads
+from pmesh.spectral.smoothing import Smoothing, make_smoothing
+from pmesh.spectral.symbols import Box, Derivative, Greens, multipliers
+from remesh.errors import InputError
+from remesh.grid import Grid
+
+Outputs = list[list[Term]]
+
+
+class VelocitySolver:
+    """Velocity, stream function and diffusion of a vorticity field on one grid, again and again.
+
+    ``kernel``: "HEJ" (order 2 to 10, 8 by default), "LGF" or "HE" (order 2); fully periodic boxes are solved
+    spectrally whatever the order. Vorticity: ``grid.shape`` in 2-D, ``(3, *grid.shape)`` in 3-D [1/T].
+    Velocity: ``(ndim, *grid.shape)`` [L/T]. Results are new arrays unless ``out`` is given, the same for any
+    number of threads. Refuses wrong shapes, values that are not finite, and a non-zero mean in a fully
+    periodic box. Cost: one transform per source and per output on axes doubled where unbounded.
+    """
+
+    def __init__(
+        self,
+        grid: Grid,
+        *,
+        kernel: str = "HEJ",
+        order: int | None = None,
+        radius: float = 2.0,
+        dtype: DTypeLike = np.float64,
+        threads: int | None = None,
+        backend: str | None = None,
+    ) -> None:
+        self.grid = grid
+        self.greens = Greens(kernel=kernel, order=order, radius=radius)
+        self.dtype = np.dtype(dtype)
+        if self.dtype not in (np.dtype(np.float32), np.dtype(np.float64)):
+            raise InputError(f"dtype must be float32 or float64, got {dtype}", hint="np.float64")
+        self.box = Box.around(grid)
+        self._convolver = Convolver(
+            self.box, dtype=self.dtype, threads=threads or available_threads(), backend=backend
+        )
+        self._smoothings: dict[Smoothing, Multiplier] = {}
+
+    def velocity(
+        self,
+        vorticity: Field,
+        *,
+        out: Field | None = None,
+        freestream: Sequence[float] | None = None,
+        smoothing: Smoothing | None = None,
+    ) -> Field:
+        """Velocity curl(psi), laplace(psi) = -vorticity, plus the free stream [L/T].
+
+        ``smoothing``: ``("heat", a)`` or ``("phi1", a)`` is applied to the vorticity on the way, a [L^2].
+        """
+        sources = self._sources(vorticity)
+        out = output(out, (self.grid.ndim, *self.grid.shape), self.dtype)
+        self._run(sources, self._velocity_terms(), list(out), smoothing, freestream)
+        return out
+
+    def gradient(self, vorticity: Field, *, smoothing: Smoothing | None = None) -> Field:
+        """Velocity gradient ``[i, j] = d u_i / d x_j``, shape ``(ndim, ndim, *shape)`` [1/T]."""
+        ndim = self.grid.ndim
+        result = output(None, (ndim, ndim, *self.grid.shape), self.dtype)
+        flat = list(result.reshape(ndim * ndim, *self.grid.shape))
+        self._run(self._sources(vorticity), self._gradient_terms(), flat, smoothing)
+        return result
+
+    def stream(self, vorticity: Field, *, out: Field | None = None) -> Field:
+        """Stream function psi, laplace(psi) = -vorticity, of the shape of the vorticity [L^2/T]."""
+        sources = self._sources(vorticity)
+        out = output(out, np.shape(vorticity), self.dtype)
+        (table,) = self._tables([(0,) * self.grid.ndim])
+        terms = [[Term(s, table)] for s in range(len(sources))]
+        self._run(sources, terms, self._components(out), None)
+        return out
+
+    def poisson(self, rhs: Field, *, out: Field | None = None) -> Field:
+        """Solution psi of laplace(psi) = rhs; ``rhs``: ``grid.shape``, or several stacked in front."""
+        shape, ndim = self.grid.shape, self.grid.ndim
+        stacked = np.shape(rhs)[:-ndim]
+        source = check_field(rhs, (*stacked, *shape), self.dtype, "rhs")
+        out = output(out, source.shape, self.dtype)
+        (table,) = self._tables([(0,) * ndim])
+        pairs = zip(source.reshape(-1, *shape), out.reshape(-1, *shape), strict=True)
+        for one, result in pairs:
+            self._run([one], [[Term(0, table, turn=2)]], [result], None)
+        return out
+
+    def smoothed(
+        self, vorticity: Field, amount: float, kind: str = "heat", *, out: Field | None = None
+    ) -> Field:
+        """Vorticity after ``amount`` [L^2] of heat flow, or its mean over that time (``kind="phi1"``).
+
+        Exact for what stays inside the box: an unbounded axis is seen with zeros beyond it. Conserves the sum
+        over the padded box, and the first moments of what stays inside.
+        """
+        sources = self._sources(vorticity)
+        out = output(out, np.shape(vorticity), self.dtype)
+        terms = [[Term(s)] for s in range(len(sources))]
+        self._run(sources, terms, self._components(out), (kind, amount), solves=False)
+        return out
+
+    def diffuse(self, vorticity: Field, amount: float, *, out: Field | None = None) -> Field:
+        """Exact heat flow exp(amount * laplace), amount = viscosity * dt [L^2]; no step limit."""
+        return self.smoothed(vorticity, amount, "heat", out=out)
+
+    def diffuse_and_velocity(
+        self,
+        vorticity: Field,
+        amount: float,
+        *,
+        out: tuple[Field, Field] | None = None,
+        freestream: Sequence[float] | None = None,
+    ) -> tuple[Field, Field]:
+        """Diffused vorticity and its velocity, from one forward transform."""
+        sources = self._sources(vorticity)
+        field = output(out[0] if out else None, np.shape(vorticity), self.dtype)
+        speed = output(out[1] if out else None, (self.grid.ndim, *self.grid.shape), self.dtype)
+        terms = [*self._velocity_terms(), *([Term(s)] for s in range(len(sources)))]
+        targets = [*speed, *self._components(field)]
+        self._run(sources, terms, targets, ("heat", amount), freestream)
+        return field, speed
+
+    def velocity_of_force(
+        self, force: Field, *, smoothing: Smoothing | None = None, out: Field | None = None
+    ) -> Field:
+        """Velocity whose vorticity is curl(force): the solenoidal part of ``force`` (ndim, *shape).
+
+        The curl is taken on the Green's function, so ``force`` may jump. Same units as ``force``.
+        """
+        ndim = self.grid.ndim
+        force = check_field(force, (ndim, *self.grid.shape), self.dtype, "force")
+        out = output(out, force.shape, self.dtype)
+        second = [[_derivative(ndim, i, j) for j in range(ndim)] for i in range(ndim)]
+        tables = dict(
+            zip([d for row in second for d in row], self._tables([d for row in second for d in row]), strict=True)
+        )
+        outputs: Outputs = []
+        for i in range(ndim):
+            # u_i = d_i d_j G * f_j - laplace(G) * f_i, without the axis i itself in the sum
+            terms = [_term(j, tables[second[i][j]], second[i][j], 1) for j in range(ndim) if j != i]
+            terms += [
+                _term(i, tables[second[j][j]], second[j][j], -1) for j in range(ndim) if j != i
+            ]
+            outputs.append(terms)
+        self._run(list(force), outputs, list(out), smoothing, solves=False)
+        return out
+
+    def curl_of_force(
+        self, force: Field, *, smoothing: Smoothing | None = None, out: Field | None = None
+    ) -> Field:
+        """Vorticity curl(force), spectral derivative on the padded box, smoothed on the way."""
+        ndim = self.grid.ndim
+        force = check_field(force, (ndim, *self.grid.shape), self.dtype, "force")
+        shape = self.grid.shape if ndim == 2 else force.shape
+        out = output(out, shape, self.dtype)
+        firsts = [_derivative(ndim, axis) for axis in range(ndim)]
+        tables = multipliers(self.box, None, firsts, self.dtype)
+        outputs: Outputs = [
+            [
+                _term(second, tables[first], firsts[first], 1),
+                _term(first, tables[second], firsts[second], -1),
+            ]
+            for first, second in ([(0, 1)] if ndim == 2 else _CYCLES)
+        ]
+        self._run(list(force), outputs, self._components(out), smoothing, solves=False)
+        return out
+
+    def _sources(self, vorticity: Field) -> list[Field]:
+        shape = self.grid.shape if self.grid.ndim == 2 else (3, *self.grid.shape)
+        return self._components(check_field(vorticity, shape, self.dtype, "vorticity"))
+
+    def _components(self, field: Field) -> list[Field]:
+        return [field] if field.ndim == self.grid.ndim else list(field)
+
+    def _tables(self, derivatives: list[Derivative]) -> list[NDArray[Any]]:
+        return multipliers(self.box, self.greens, derivatives, self.dtype)
+
+    def _velocity_terms(self) -> Outputs:
+        """u = curl(G * w): d_j G * w_k - d_k G * w_j for (i, j, k) cyclic."""
+        ndim = self.grid.ndim
+        firsts = [_derivative(ndim, axis) for axis in range(ndim)]
+        tables = self._tables(firsts)
+        if ndim == 2:
+            return [[_term(0, tables[1], firsts[1], 1)], [_term(0, tables[0], firsts[0], -1)]]
+        return [
+            [_term(k, tables[j], firsts[j], 1), _term(j, tables[k], firsts[k], -1)]
+            for j, k in _CYCLES
+        ]
+
+    def _gradient_terms(self) -> Outputs:
+        ndim = self.grid.ndim
+        pairs = {_derivative(ndim, i, j) for i in range(ndim) for j in range(ndim)}
+        names = sorted(pairs)
+        tables = dict(zip(names, self._tables(names), strict=True))
+
+        def second(source: int, i: int, j: int, sign: int) -> Term:
+            name = _derivative(ndim, i, j)
+            return _term(source, tables[name], name, sign)
+
+        if ndim == 2:
+            return [[second(0, 1, j, 1)] for j in range(2)] + [
+                [second(0, 0, j, -1)] for j in range(2)
+            ]
+        return [
+            [second(k, j, axis, 1), second(j, k, axis, -1)] for j, k in _CYCLES for axis in range(3)
+        ]
+
+    def _run(
+        self,
+        sources: list[Field],
+        outputs: Outputs,
+        out: list[Field],
+        smoothing: Smoothing | None,
+        freestream: Sequence[float] | None = None,
+        solves: bool = True,
+    ) -> None:
+        shifts = check_freestream(freestream, self.grid.ndim)
+        shifts += [0.0] * (len(outputs) - len(shifts))
+        multiplier = None if smoothing is None else self._smoothing(smoothing)
+        means = self._convolver.run(sources, outputs, out, smoothing=multiplier, shifts=shifts)
+        check_mean(means, sources, periodic=solves and all(self.grid.periodic))
+
+    def _smoothing(self, smoothing: Smoothing) -> Multiplier:
+        """The last few smoothings are kept: a step asks for the same one again and again."""
+        key = (str(smoothing[0]), float(smoothing[1]))
+        if key not in self._smoothings:
+            made = make_smoothing(self.box, key, self.dtype)
+            while len(self._smoothings) >= 4:
+                self._smoothings.pop(next(iter(self._smoothings)), None)
+            self._smoothings[key] = made
+        return self._smoothings[key]
+
+
+_CYCLES = ((1, 2), (2, 0), (0, 1))
+
+
+def _derivative(ndim: int, *axes: int) -> Derivative:
+    return tuple(axes.count(axis) for axis in range(ndim))
+
+
+def _term(source: int, table: NDArray[Any], derivative: Derivative, sign: int) -> Term:
+    parity = tuple(count % 2 for count in derivative)
+    return Term(source, table, parity, (sum(parity) + (2 if sign < 0 else 0)) % 4)
