@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-from remesh.errors import StorageError
+from remesh.errors import PmeshError, StorageError
 
 HINTS = {
     errno.ENOSPC: "free some space, or another --out directory; then --resume",
@@ -33,6 +33,20 @@ def storing(path: Path) -> Iterator[None]:
         raise StorageError(
             f"cannot write {path}: {reason}",
             hint=HINTS.get(error.errno or 0, "another --out directory"),
+        ) from error
+
+
+@contextlib.contextmanager
+def reading(path: Path) -> Iterator[None]:
+    """Turn whatever is wrong with a file into a StorageError that names it."""
+    try:
+        yield
+    except PmeshError:
+        raise
+    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+        raise StorageError(
+            f"cannot read {path}, it is missing, cut short or damaged: {error}",
+            hint="--overwrite, which starts the run anew",
         ) from error
 
 

@@ -35,7 +35,8 @@ class RunFolder:
         self._opened = False
         self._made = not path.exists()
         make_folder(path)
-        clear(path, (FIGURE, SUMMARY) if resume else RUN_FILES)
+        begun = RUN_FILES[:-1] if resume else RUN_FILES  # the case of a run to resume stays
+        clear(path, (FIGURE, SUMMARY) if self.resumed else begun)
 
     def restore(self, state: Any) -> tuple[Any, float, int]:
         """The state to start from, with the seconds and node steps it has cost so far."""
@@ -87,7 +88,7 @@ def refuse_another_run(path: Path, *, overwrite: bool) -> None:
 
 def clear(path: Path, names: tuple[str, ...] = RUN_FILES) -> None:
     """Remove the files of a run, and no others."""
-    for name in names:
+    for name in (*names, *(part.name for part in path.glob(".*.part"))):
         with storing(path / name):
             if (path / name).is_dir():
                 shutil.rmtree(path / name)
