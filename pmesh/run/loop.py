@@ -38,9 +38,9 @@ def run(
     multiple of a watcher's ``every``, or ``until``) allow: a function of the state and of fixed
     parameters, so that ``resume=True``, which goes on from the checkpoint in the directory ``out``,
     repeats an unbroken run bit for bit. ``out`` receives ``series.csv``, what the watchers write
-    and, every ``checkpoint_every`` seconds of work, ``checkpoint.h5``. Refuses an ``out`` with another
-    run in it unless ``overwrite=True``. A state that is not finite raises a BlowUpError, whose
-    ``state`` is the last good one; on any failure, and on Ctrl-C, that state is in the checkpoint.
+    and, every ``checkpoint_every`` seconds of work, ``checkpoint.h5``. Refuses an ``out`` with
+    another run in it unless ``overwrite=True``. A state that is not finite raises a BlowUpError,
+    whose ``state`` is the last good one; on any failure, and on Ctrl-C, the checkpoint holds that.
     """
     ceiling = _checked(until, dt, checkpoint_every)
     folder = None if out is None else RunFolder(Path(out), resume=resume, overwrite=overwrite)

@@ -1,0 +1,5 @@
+"""``python -m pmesh``: the pmesh command."""
+
+from pmesh.cli import main
+
+main()

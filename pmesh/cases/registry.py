@@ -1,0 +1,91 @@
+"""The named cases: where each lives and what it is, as data: a list of them costs nothing."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from remesh.errors import InputError
+
+if TYPE_CHECKING:
+    from pmesh.cases.case import Case
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A case: its class as ``module:Class`` and one line that says what it is."""
+
+    target: str
+    line: str
+
+
+CASES: dict[str, Entry] = {
+    "cylinder": Entry(
+        "pmesh.cases.cylinder:Cylinder",
+        "impulsively started cylinder, drag beside Koumoutsakos & Leonard (1995)",
+    ),
+    "taylor-green": Entry(
+        "pmesh.cases.taylor_green:TaylorGreenCase",
+        "decaying periodic vortices, beside the exact solution",
+    ),
+    "lamb-oseen": Entry(
+        "pmesh.cases.lamb_oseen:LambOseenCase",
+        "a vortex that spreads: core, circulation and angular moment, beside the exact solution",
+    ),
+    "perlman": Entry(
+        "pmesh.cases.perlman:PerlmanCase",
+        "Perlman's patch: velocity and order of accuracy, beside the exact solution",
+    ),
+    "elliptic-vortex": Entry(
+        "pmesh.cases.elliptic_vortex:EllipticVortexCase",
+        "axisymmetrisation of an elliptical vortex, Koumoutsakos (1997)",
+    ),
+}
+
+
+def find(name: str) -> type[Case]:
+    """The class of a named case, or of one's own as ``module:Class`` or ``file.py:Class``."""
+    if name in CASES:
+        return _load(CASES[name].target)
+    if ":" in name:
+        return _load(name)
+    from pmesh.cases.options import unknown
+
+    raise unknown("case", name, CASES)
+
+
+def _load(target: str) -> type[Case]:
+    """The class at ``module:Class``, or at ``path/to/file.py:Class``."""
+    from pmesh.cases.case import Case
+
+    where, _, name = target.rpartition(":")
+    try:
+        by_file = where.endswith(".py")
+        module = _module(Path(where)) if by_file else importlib.import_module(where)
+    except ModuleNotFoundError as error:
+        if error.name is None or not f"{where}.".startswith(f"{error.name}."):
+            raise
+        raise InputError(
+            f"there is no module {where!r} with a case", hint="module:Class, or file.py:Class"
+        ) from error
+    cls = getattr(module, name, None)
+    if not (isinstance(cls, type) and issubclass(cls, Case)):
+        raise InputError(
+            f"{where} holds no case {name!r}", hint="a subclass of pmesh.cases.case.Case"
+        )
+    return cls
+
+
+def _module(path: Path) -> object:
+    """The module in a file."""
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    if spec is None or spec.loader is None or not path.is_file():
+        raise InputError(f"there is no file {path} with a case", hint="file.py:Class")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[path.stem] = module  # dataclasses look their module up while it is read
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,187 @@
+"""The ``pmesh`` command: list the named cases, run one, go on with one."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import click
+
+from pmesh.cases.registry import CASES
+from remesh.errors import BlowUpError, InputError, PmeshError, StorageError
+
+if TYPE_CHECKING:
+    from pmesh.cases.options import Option
+
+EXIT_INPUT, EXIT_BLOW_UP, EXIT_STORAGE, EXIT_INTERRUPT = 2, 3, 4, 130
+
+
+@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(package_name="pmesh-flow")
+def command() -> None:
+    """Flows computed with particles that are remeshed onto a grid."""
+
+
+@command.command()
+def cases() -> None:
+    """List the named cases."""
+    width = max(map(len, CASES))
+    for name, entry in CASES.items():
+        click.echo(f"{name:{width}}  {entry.line}")
+
+
+class CaseGroup(click.Group):
+    """The named cases as commands; a case is imported when it is asked for, not to be listed."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        """The names of the cases."""
+        return list(CASES)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write a line per case, without importing it."""
+        with formatter.section("Cases"):
+            formatter.write_dl([(name, entry.line) for name, entry in CASES.items()])
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command:
+        """The command that runs a case, or what a TOML file asks for."""
+        return _case_command(cmd_name)
+
+
+@command.group(
+    cls=CaseGroup,
+    subcommand_metavar="CASE [OPTIONS]...",
+    epilog="CASE may also be a FILE.toml, such as the case.toml of a run, or a case of your own as "
+    "file.py:Class. `pmesh run CASE --help` lists the options of a case.",
+)
+def run() -> None:
+    """Run a case: a name from the list, or FILE.toml."""
+
+
+def _case_command(name: str) -> click.Command:
+    """The command for one case, with an option for every field of its class."""
+    from pmesh.cases.options import options
+    from pmesh.cases.registry import find
+
+    preset: dict[str, Any] = {}
+    if name.endswith(".toml"):
+        from pmesh.cases.runner import read_case
+
+        name, preset = read_case(Path(name))
+    cls = find(name)
+    known = options(cls)
+
+    def start(out: str | None, resume: bool, overwrite: bool, quick: bool, **texts: Any) -> None:
+        given = {key: known[key].parse(text) for key, text in texts.items() if text is not None}
+        folder = Path(out or Path("out") / name.rpartition(":")[2])
+        _start(cls, name, {**preset, **given}, folder, resume, overwrite, quick)
+
+    fields = [_click_option(known[key], preset) for key in known]
+    line = CASES[name].line if name in CASES else cls.source
+    text = f"{(cls.__doc__ or '').strip().splitlines()[0]}\n\n{line}"
+    return click.Command(name, callback=start, params=[*fields, *COMMON], help=text)
+
+
+def _click_option(option: Option, preset: dict[str, Any]) -> click.Option:
+    """An option of the command line; its text is read by the case's own rules."""
+    unit = f" [{option.unit}]" if option.unit else ""
+    default = preset.get(option.name, option.default)
+    shown = "automatic" if default is None else f"{default:g}" if option.kind is float else default
+    if isinstance(shown, tuple | list):
+        shown = " ".join(f"{part:g}" for part in shown)
+    return click.Option(
+        [option.flag, option.name],
+        metavar=option.word.upper() if not option.choices else option.word,
+        help=f"{option.help}{unit}  [default: {shown}]",
+    )
+
+
+COMMON: list[click.Parameter] = [
+    click.Option(["--out"], metavar="DIR", help="run directory  [default: out/CASE]"),
+    click.Option(["--resume"], is_flag=True, help="go on from the checkpoint in the directory"),
+    click.Option(["--overwrite"], is_flag=True, help="replace the run in the directory"),
+    click.Option(["--quick"], is_flag=True, help="a short, coarse run, to see that all works"),
+]
+
+
+def _start(
+    cls: Any,
+    name: str,
+    values: dict[str, Any],
+    folder: Path,
+    resume: bool,
+    overwrite: bool,
+    quick: bool,
+) -> None:
+    """Run the case with a progress line, and close with the metrics table."""
+    if resume and overwrite:
+        raise InputError("--resume and --overwrite exclude each other", hint="one of them")
+    from pmesh.cases.runner import resumed_values, run_case
+    from pmesh.run.progress import Progress
+    from pmesh.run.summary import show
+
+    if resume:
+        values = resumed_values(folder, name, values)
+    case = cls.make(values, quick=quick)
+    report = run_case(name, case, folder, resume=resume, overwrite=overwrite, watch=[Progress()])
+    show(case.title, report.metrics, report.cost)
+    click.echo(f"{folder}/: figure.png, fields.vtkhdf, series.csv, summary.json")
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """The command: an error is a message and an exit status, never a traceback.
+
+    0 done, 2 input that cannot be used, 3 a run that broke, 4 a file that could not be read or
+    written, 130 interrupted.
+    """
+    _log_to_stderr()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's end is a Ctrl-C
+    try:
+        sys.exit(command.main(arguments, prog_name="pmesh", standalone_mode=False) or 0)
+    except PmeshError as error:
+        _fail(error, _status(error))
+    except click.NoSuchOption as error:
+        _fail(_no_such_option(error), EXIT_INPUT)
+    except click.ClickException as error:
+        where = error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else ""
+        _fail(InputError(error.format_message(), hint=f"{where or 'pmesh'} --help"), EXIT_INPUT)
+    except (KeyboardInterrupt, click.Abort) as error:
+        click.echo(f"{error or 'stopped'}\n  try: the same command with --resume", err=True)
+        sys.exit(EXIT_INTERRUPT)
+
+
+def _status(error: PmeshError) -> int:
+    if isinstance(error, BlowUpError):
+        return EXIT_BLOW_UP
+    return EXIT_STORAGE if isinstance(error, StorageError) else EXIT_INPUT
+
+
+def _fail(error: PmeshError, status: int) -> NoReturn:
+    click.echo(f"{type(error).__name__}: {error}", err=True)
+    sys.exit(status)
+
+
+def _no_such_option(error: click.NoSuchOption) -> InputError:
+    """The refusal of an unknown option, with the one that was probably meant."""
+    from pmesh.cases.options import closest
+
+    known = [flag for p in error.ctx.command.params for flag in p.opts] if error.ctx else []
+    best = closest(error.option_name, known)
+    where = error.ctx.command_path if error.ctx else "pmesh"
+    return InputError(
+        f"{where} has no option {error.option_name}" + (f", did you mean {best}?" if best else ""),
+        hint=best or f"{where} --help",
+    )
+
+
+def _log_to_stderr() -> None:
+    """Let the loggers of pmesh, and only those, speak on stderr."""
+    log = logging.getLogger("pmesh")
+    if not log.handlers:
+        handler = logging.StreamHandler()
+        handler.setFormatter(logging.Formatter("%(message)s"))
+        log.addHandler(handler)
+        log.setLevel(logging.INFO)
+        log.propagate = False
