@@ -1,4 +1,4 @@
-"""What a spectral solve refuses: wrong shapes, values that are not finite, a mean where none can be."""
+"""What a spectral solve refuses: wrong shapes, values not finite, a mean where none can be."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from pmesh.spectral.fft import Transform, aligned, check_backend, plan, share
-from pmesh.spectral.sweeps import scale
+from pmesh.spectral.sweeps import scale, to_modes, to_rows, transpose
 from pmesh.spectral.symbols import Box
 
 Field = NDArray[Any]
@@ -154,7 +154,7 @@ class Convolver:
             own.line[:a, :b, :last] = part
             own.line[:a, :b, last:] = 0
             own.to_hat()
-            stored[:, j : j + b, i : i + a] = own.line_hat[:a, :b].transpose(2, 1, 0)
+            to_modes(own.line_hat[:a, :b], stored[:, j : j + b, i : i + a])
 
         share(work, across * along, self.threads)
 
@@ -170,7 +170,7 @@ class Convolver:
             i, j = block // along * rows, block % along * middle
             part = target[i : i + rows, j : j + middle]
             a, b = part.shape[:2]
-            own.line_hat[:a, :b] = stored[:, j : j + b, i : i + a].transpose(2, 1, 0)
+            to_rows(stored[:, j : j + b, i : i + a], own.line_hat[:a, :b])
             own.from_hat()
             np.multiply(own.line[:a, :b, :last], factor, out=part)
             if shift:
@@ -228,10 +228,10 @@ class Convolver:
         if self.padded_middle == 1:
             spectrum[: stored.shape[0], :n0] = stored[:, 0]
         else:
-            own.plane[:, : self.middle] = stored[0].T
+            transpose(stored[0], own.plane[:, : self.middle])
             own.plane[:, self.middle :] = 0
             own.plane_forward()
-            spectrum[:, :n0] = own.plane.T
+            transpose(own.plane, spectrum[:, :n0])
         spectrum[:, n0:] = 0
 
     def _store(self, own: _Worker, spectrum: Field, stored: Field) -> None:
@@ -239,6 +239,6 @@ class Convolver:
         if self.padded_middle == 1:
             stored[:, 0] = spectrum[: stored.shape[0], :n0]
         else:
-            own.plane[...] = spectrum[:, :n0].T
+            transpose(spectrum[:, :n0], own.plane)
             own.plane_backward()
-            stored[0] = own.plane[:, : self.middle].T
+            transpose(own.plane[:, : self.middle], stored[0])

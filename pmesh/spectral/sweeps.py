@@ -49,6 +49,35 @@ def scale(
 
 
 @njit(cache=True, nogil=True)
+def to_modes(rows: NDArray[Any], modes: NDArray[Any]) -> None:
+    """modes[k, j, i] = rows[i, j, k]."""
+    for k in range(rows.shape[2]):
+        for j in range(rows.shape[1]):
+            for i in range(rows.shape[0]):
+                modes[k, j, i] = rows[i, j, k]
+
+
+@njit(cache=True, nogil=True)
+def to_rows(modes: NDArray[Any], rows: NDArray[Any]) -> None:
+    """rows[i, j, k] = modes[k, j, i]."""
+    for k in range(rows.shape[2]):
+        for j in range(rows.shape[1]):
+            for i in range(rows.shape[0]):
+                rows[i, j, k] = modes[k, j, i]
+
+
+@njit(cache=True, nogil=True)
+def transpose(source: NDArray[Any], target: NDArray[Any]) -> None:
+    """target[c, r] = source[r, c], in strips that fit the cache."""
+    rows, columns = source.shape
+    for start in range(0, rows, 16):
+        stop = min(start + 16, rows)
+        for c in range(columns):
+            for r in range(start, stop):
+                target[c, r] = source[r, c]
+
+
+@njit(cache=True, nogil=True)
 def screened_integrals(
     x: NDArray[np.float64], a: float, nodes: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

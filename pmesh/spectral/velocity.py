@@ -144,7 +144,11 @@ class VelocitySolver:
         out = output(out, force.shape, self.dtype)
         second = [[_derivative(ndim, i, j) for j in range(ndim)] for i in range(ndim)]
         tables = dict(
-            zip([d for row in second for d in row], self._tables([d for row in second for d in row]), strict=True)
+            zip(
+                [d for row in second for d in row],
+                self._tables([d for row in second for d in row]),
+                strict=True,
+            )
         )
         outputs: Outputs = []
         for i in range(ndim):
