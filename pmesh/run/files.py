@@ -43,7 +43,7 @@ def reading(path: Path) -> Iterator[None]:
         yield
     except PmeshError:
         raise
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+    except (OSError, LookupError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         raise StorageError(
             f"cannot read {path}, it is missing, cut short or damaged: {error}",
             hint="--overwrite, which starts the run anew",

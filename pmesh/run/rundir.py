@@ -88,9 +88,10 @@ def refuse_another_run(path: Path, *, overwrite: bool) -> None:
 
 def clear(path: Path, names: tuple[str, ...] = RUN_FILES) -> None:
     """Remove the files of a run, and no others."""
-    for name in (*names, *(part.name for part in path.glob(".*.part"))):
-        with storing(path / name):
-            if (path / name).is_dir():
-                shutil.rmtree(path / name)
+    half_written = [*path.glob(".*.part"), *(path / SNAPSHOTS).glob(".*.part")]
+    for item in (*(path / name for name in names), *half_written):
+        with storing(item):
+            if item.is_dir():
+                shutil.rmtree(item)
             else:
-                (path / name).unlink(missing_ok=True)
+                item.unlink(missing_ok=True)
