@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 CHUNK = 128  # nodes per piece of a row: the weights of all axes stay in the first-level cache
+ONE, TWO, THREE = np.uintp(1), np.uintp(2), np.uintp(3)  # unsigned: no test for negative indices
 FAR = 1 << 30  # displacements beyond this many cells, or not numbers, are told by this value
 
 
@@ -98,7 +99,7 @@ def spread(source, weights, start, count, taps, target):
 def spread_edge(source, weights, start, count, taps, target, column, wraps):
     """As `spread` where the run crosses an edge: wraps, or returns the strength that is lost."""
     size = target.size
-    lost = source[0] * 0
+    lost = source.dtype.type(0)
     for k in range(count):
         for t in range(len(taps)):
             j = column + k + t
@@ -110,55 +111,6 @@ def spread_edge(source, weights, start, count, taps, target, column, wraps):
             else:
                 lost += value
     return lost
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def gather(source, weights, factor, start, count, taps, target):
-    """target[start + k] += factor[start + k] * sum over t of weights[t, start + k] source[k+t]."""
-    into = target[start : start + count]
-    scale = factor[start : start + count]
-    for k in range(count):
-        total = weights[np.uintp(start + k)] * source[k]
-        for t in range(1, len(taps)):
-            total += weights[np.uintp(t * CHUNK + start + k)] * source[np.uintp(k + t)]
-        into[k] += scale[k] * total
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def gather_edge(source, weights, factor, start, count, taps, target, column, wraps, clamps):
-    """As `gather` where the run crosses an edge: wraps, takes the edge value, or sees zero."""
-    size = source.size
-    for k in range(count):
-        for t in range(len(taps)):
-            j = column + k + t
-            if wraps:
-                j = j % size
-            elif clamps:
-                j = min(max(j, 0), size - 1)
-            elif not 0 <= j < size:
-                continue
-            target[start + k] += factor[start + k] * (weights[t * CHUNK + start + k] * source[j])
-
-
-@njit(cache=True, nogil=True)
-def run_end(start, count, columns, left, cells_a, cells_b, cells_c, column):
-    """End of the run that begins at ``start``: same whole cells, same side of the edges."""
-    a = cells_a[start]
-    b = cells_b[start]
-    c = cells_c[start]
-    low = left - c - column  # first node whose stencil begins inside
-    if start < low:
-        limit = low
-    elif start < columns + low:
-        limit = columns + low
-    else:
-        limit = count
-    stop = start + 1
-    while stop < count and stop < limit:
-        if cells_a[stop] != a or cells_b[stop] != b or cells_c[stop] != c:
-            break
-        stop += 1
-    return stop
 
 
 @njit(cache=True, nogil=True)
@@ -174,13 +126,108 @@ def row_of(index, size, wraps, clamps):
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def lift(source, first, middle, a, b, mid, start, stop, target):
-    """target = source * weights of tap a on the first axis * those of tap b on the middle axis."""
+def gather(flat, bases, first, middle, last, start, stop, taps, mid, target):
+    """target[n] = sum of weights times field over the stencil, four nodes at a time, for a run.
+
+    ``bases`` are the places in ``flat`` of the stencil's rows for the node ``start``.
+    """
+    n = start
+    while n < stop:
+        if n + 4 > stop:
+            n = stop - 4  # the same values again: the run is at least four nodes long
+        k = np.uintp(n)
+        zero = flat.dtype.type(0)
+        s0 = s1 = s2 = s3 = zero
+        for a in range(len(taps)):
+            u0 = u1 = u2 = u3 = zero
+            for b in range(len(mid)):
+                place = np.uintp(bases[a * len(mid) + b] + n - start)
+                v0 = v1 = v2 = v3 = zero
+                for c in range(len(taps)):
+                    w = np.uintp(c * CHUNK + n)
+                    f = place + np.uintp(c)
+                    v0 += last[w] * flat[f]
+                    v1 += last[w + ONE] * flat[f + ONE]
+                    v2 += last[w + TWO] * flat[f + TWO]
+                    v3 += last[w + THREE] * flat[f + THREE]
+                if len(mid) > 1:
+                    w = np.uintp(b * CHUNK + n)
+                    v0 *= middle[w]
+                    v1 *= middle[w + ONE]
+                    v2 *= middle[w + TWO]
+                    v3 *= middle[w + THREE]
+                u0 += v0
+                u1 += v1
+                u2 += v2
+                u3 += v3
+            w = np.uintp(a * CHUNK + n)
+            s0 += first[w] * u0
+            s1 += first[w + ONE] * u1
+            s2 += first[w + TWO] * u2
+            s3 += first[w + THREE] * u3
+        target[k] = s0
+        target[k + ONE] = s1
+        target[k + TWO] = s2
+        target[k + THREE] = s3
+        n += 4
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def gather_edge(
+    field, first, middle, last, start, stop, taps, mid, x, y, z, periodic, clamps, target
+):
+    """As `gather` for short runs and where a run crosses an edge; x, y, z: its first stencil node."""
+    nx, nm, nc = field.shape
     for n in range(start, stop):
-        target[n] = source[n] * first[np.uintp(a * CHUNK + n)]
-    if len(mid) > 1:
-        for n in range(start, stop):
-            target[n] *= middle[np.uintp(b * CHUNK + n)]
+        total = field.dtype.type(0)
+        for a in range(len(taps)):
+            i = row_of(x + a, nx, periodic[0], clamps)
+            for b in range(len(mid)):
+                m = row_of(y + b, nm, periodic[1], clamps) if len(mid) > 1 else 0
+                if i < 0 or m < 0:
+                    continue
+                line = first[a * CHUNK + n]
+                if len(mid) > 1:
+                    line *= middle[b * CHUNK + n]
+                for c in range(len(taps)):
+                    j = row_of(z + n - start + c, nc, periodic[2], clamps)
+                    if j >= 0:
+                        total += line * (last[c * CHUNK + n] * field[i, m, j])
+        target[n] = total
+
+
+@njit(cache=True, nogil=True)
+def runs(count, columns, left, cells_a, cells_b, cells_c, column, changes, starts):
+    """Starts of the runs of equal whole cells on one side of the edges; returns how many."""
+    for n in range(1, count):
+        here = column + n + np.int64(cells_c[n]) - left
+        there = column + n - 1 + np.int64(cells_c[n - 1]) - left
+        edge = (here < 0) ^ (there < 0) | (here < columns) ^ (there < columns)
+        same = (cells_a[n] == cells_a[n - 1]) & (cells_b[n] == cells_b[n - 1])
+        changes[n] = edge | (cells_c[n] != cells_c[n - 1]) | ~same
+    found = 1
+    starts[0] = 0
+    for n in range(1, count):
+        starts[found] = n
+        found += changes[n]
+    starts[found] = count
+    return found
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def lift(source, first, middle, taps, mid, lifted):
+    """source * weights of tap a on the first axis * those of tap b on the middle axis, all a, b."""
+    for a in range(len(taps)):
+        for b in range(len(mid)):
+            row = lifted[a * len(mid) + b]
+            left = first[a * CHUNK : (a + 1) * CHUNK]
+            right = middle[b * CHUNK : (b + 1) * CHUNK]
+            if len(mid) > 1:
+                for n in range(source.size):
+                    row[n] = source[n] * left[n] * right[n]
+            else:
+                for n in range(source.size):
+                    row[n] = source[n] * left[n]
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -192,86 +239,55 @@ def advect(
     width = len(taps)
     left = width // 2 - 1
     parts, nx, nm, nc = field.shape
-    last = displacement.shape[0] - 1
-    wa = np.empty(width * CHUNK, field.dtype)
-    wb = np.empty(width * CHUNK, field.dtype)
-    wc = np.empty(width * CHUNK, field.dtype)
-    ka = np.zeros(CHUNK, np.int32)
-    kb = np.zeros(CHUNK, np.int32)
-    kc = np.zeros(CHUNK, np.int32)
+    wa, wb, wc = np.empty((3, width * CHUNK), field.dtype)
+    lifted = np.empty((width * len(mid), CHUNK), field.dtype)
+    ka, kb, kc = np.zeros((3, CHUNK), np.int32)
     local = np.empty(CHUNK, field.dtype)
-    part_row = np.empty(CHUNK, field.dtype)
+    changes = np.empty(CHUNK, np.int64)
+    starts = np.empty(CHUNK + 1, np.int64)
     for piece in range(first, pieces, step):
         band = 2 * piece + colour
         for row in range(edges[band] * nm, edges[band + 1] * nm):
             i = row // nm
             m = row % nm
             for column in range(0, nc, CHUNK):
-                count = min(CHUNK, nc - column)
-                stop = column + count
+                stop = min(column + CHUNK, nc)
                 used = False
                 for p in range(parts):
                     for n in range(column, stop):
                         used |= field[p, i, m, n] != 0
                 if not used:
                     continue
-                bad[band] += weigh(
-                    displacement[0, i, m, column:stop], scale, coeffs, taps, terms, ka, local, wa
-                )
+                move = displacement[:, i, m, column:stop]
+                bad[band] += weigh(move[0], scale, coeffs, taps, terms, ka, local, wa)
                 if len(mid) > 1:
-                    bad[band] += weigh(
-                        displacement[1, i, m, column:stop],
-                        scale,
-                        coeffs,
-                        taps,
-                        terms,
-                        kb,
-                        local,
-                        wb,
-                    )
-                bad[band] += weigh(
-                    displacement[last, i, m, column:stop], scale, coeffs, taps, terms, kc, local, wc
+                    bad[band] += weigh(move[1], scale, coeffs, taps, terms, kb, local, wb)
+                bad[band] += weigh(move[-1], scale, coeffs, taps, terms, kc, local, wc)
+                found = runs(
+                    stop - column, nc - width + 1, left, ka, kb, kc, column, changes, starts
                 )
-                n0 = 0
-                while n0 < count:
-                    n1 = run_end(n0, count, nc - width + 1, left, ka, kb, kc, column)
-                    start = column + n0 + np.int64(kc[n0]) - left
-                    inside = start >= 0 and start + n1 - n0 + width - 1 <= nc
-                    for p in range(parts):
-                        source = field[p, i, m, column:stop]
+                for p in range(parts):
+                    lift(field[p, i, m, column:stop], wa, wb, taps, mid, lifted)
+                    for r in range(found):
+                        n0, n1 = starts[r], starts[r + 1]
+                        length = n1 - n0 + width - 1
+                        z = column + n0 + np.int64(kc[n0]) - left
                         for a in range(width):
                             x = row_of(i + np.int64(ka[n0]) + a - left, nx, periodic[0], False)
                             for b in range(len(mid)):
-                                y = m
-                                if len(mid) > 1:
-                                    y = row_of(
-                                        m + np.int64(kb[n0]) + b - left, nm, periodic[1], False
-                                    )
-                                lift(source, wa, wb, a, b, mid, n0, n1, part_row)
+                                y = m + np.int64(kb[n0]) + b - left if len(mid) > 1 else 0
+                                y = row_of(y, nm, periodic[1], False)
+                                source = lifted[a * len(mid) + b]
                                 if x < 0 or y < 0:
                                     for n in range(n0, n1):
-                                        dropped[band, p] += part_row[n]
-                                elif inside:
-                                    spread(
-                                        part_row,
-                                        wc,
-                                        n0,
-                                        n1 - n0,
-                                        taps,
-                                        out[p, x, y, start : start + n1 - n0 + width - 1],
-                                    )
+                                        dropped[band, p] += source[n]
+                                elif z >= 0 and z + length <= nc:
+                                    target = out[p, x, y, z : z + length]
+                                    spread(source, wc, n0, n1 - n0, taps, target)
                                 else:
                                     dropped[band, p] += spread_edge(
-                                        part_row,
-                                        wc,
-                                        n0,
-                                        n1 - n0,
-                                        taps,
-                                        out[p, x, y],
-                                        start,
-                                        periodic[2],
+                                        source, wc, n0, n1 - n0, taps, out[p, x, y], z, periodic[2]
                                     )
-                    n0 = n1
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -283,80 +299,46 @@ def sample(
     width = len(taps)
     left = width // 2 - 1
     parts, nx, nm, nc = field.shape
-    last = displacement.shape[0] - 1
-    wa = np.empty(width * CHUNK, field.dtype)
-    wb = np.empty(width * CHUNK, field.dtype)
-    wc = np.empty(width * CHUNK, field.dtype)
-    ka = np.zeros(CHUNK, np.int32)
-    kb = np.zeros(CHUNK, np.int32)
-    kc = np.zeros(CHUNK, np.int32)
+    flat = field.reshape(field.size)
+    wa, wb, wc = np.empty((3, width * CHUNK), field.dtype)
+    ka, kb, kc = np.zeros((3, CHUNK), np.int32)
     local = np.empty(CHUNK, field.dtype)
-    ones = np.ones(CHUNK, field.dtype)
-    factor = np.empty(CHUNK, field.dtype)
+    changes = np.empty(CHUNK, np.int64)
+    starts = np.empty(CHUNK + 1, np.int64)
+    bases = np.empty(width * len(mid), np.int64)
     for piece in range(first, pieces, step):
         for row in range(piece * rows, min((piece + 1) * rows, nx * nm)):
             i = row // nm
             m = row % nm
             for column in range(0, nc, CHUNK):
-                count = min(CHUNK, nc - column)
-                stop = column + count
-                bad[piece] += weigh(
-                    displacement[0, i, m, column:stop], scale, coeffs, taps, terms, ka, local, wa
-                )
+                stop = min(column + CHUNK, nc)
+                move = displacement[:, i, m, column:stop]
+                bad[piece] += weigh(move[0], scale, coeffs, taps, terms, ka, local, wa)
                 if len(mid) > 1:
-                    bad[piece] += weigh(
-                        displacement[1, i, m, column:stop],
-                        scale,
-                        coeffs,
-                        taps,
-                        terms,
-                        kb,
-                        local,
-                        wb,
-                    )
-                bad[piece] += weigh(
-                    displacement[last, i, m, column:stop], scale, coeffs, taps, terms, kc, local, wc
+                    bad[piece] += weigh(move[1], scale, coeffs, taps, terms, kb, local, wb)
+                bad[piece] += weigh(move[-1], scale, coeffs, taps, terms, kc, local, wc)
+                found = runs(
+                    stop - column, nc - width + 1, left, ka, kb, kc, column, changes, starts
                 )
-                for p in range(parts):
-                    for n in range(column, stop):
-                        out[p, i, m, n] = 0
-                n0 = 0
-                while n0 < count:
-                    n1 = run_end(n0, count, nc - width + 1, left, ka, kb, kc, column)
-                    start = column + n0 + np.int64(kc[n0]) - left
-                    inside = start >= 0 and start + n1 - n0 + width - 1 <= nc
+                for r in range(found):
+                    n0, n1 = starts[r], starts[r + 1]
+                    x = i + np.int64(ka[n0]) - left
+                    y = m + np.int64(kb[n0]) - left if len(mid) > 1 else 0
+                    z = column + n0 + np.int64(kc[n0]) - left
+                    inside = n1 - n0 >= 4 and z >= 0 and z + n1 - n0 + width - 1 <= nc
                     for a in range(width):
-                        x = row_of(i + np.int64(ka[n0]) + a - left, nx, periodic[0], clamps)
                         for b in range(len(mid)):
-                            y = m
-                            if len(mid) > 1:
-                                y = row_of(m + np.int64(kb[n0]) + b - left, nm, periodic[1], clamps)
-                            if x < 0 or y < 0:
-                                continue
-                            lift(ones, wa, wb, a, b, mid, n0, n1, factor)
-                            for p in range(parts):
-                                target = out[p, i, m, column:stop]
-                                if inside:
-                                    gather(
-                                        field[p, x, y, start : start + n1 - n0 + width - 1],
-                                        wc,
-                                        factor,
-                                        n0,
-                                        n1 - n0,
-                                        taps,
-                                        target,
-                                    )
-                                else:
-                                    gather_edge(
-                                        field[p, x, y],
-                                        wc,
-                                        factor,
-                                        n0,
-                                        n1 - n0,
-                                        taps,
-                                        target,
-                                        start,
-                                        periodic[2],
-                                        clamps,
-                                    )
-                    n0 = n1
+                            u = row_of(x + a, nx, periodic[0], clamps)
+                            v = row_of(y + b, nm, periodic[1], clamps)
+                            inside &= u >= 0 and v >= 0
+                            bases[a * len(mid) + b] = (u * nm + v) * nc + z
+                    for p in range(parts):
+                        target = out[p, i, m, column:stop]
+                        if inside:
+                            part = flat[p * nx * nm * nc : (p + 1) * nx * nm * nc]
+                            gather(part, bases, wa, wb, wc, n0, n1, taps, mid, target)
+                        else:
+                            gather_edge(
+                                field[p], wa, wb, wc, n0, n1, taps, mid, x, y, z, periodic,
+                                clamps, target,
+                            )  # fmt: skip
