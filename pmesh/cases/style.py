@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+import functools
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,8 @@ if TYPE_CHECKING:
     from matplotlib.colorbar import Colorbar
     from matplotlib.figure import Figure
 
+P = ParamSpec("P")
+T = TypeVar("T")
 OURS = "#0b559f"  # what we computed
 REFERENCE = "#c8511b"  # what is exact or published
 OTHERS = ("#2f8f5b", "#7b4fa3", "#8a8a8a")
@@ -42,30 +45,30 @@ LETTERS: dict[Any, Any] = {
 }
 
 
+def styled(draw: Callable[P, T]) -> Callable[P, T]:
+    """Decorate a function that draws, so that it draws in the project's style."""
+
+    @functools.wraps(draw)
+    def in_style(*args: P.args, **options: P.kwargs) -> T:
+        import matplotlib
+
+        with matplotlib.rc_context(LETTERS):
+            return draw(*args, **options)
+
+    return in_style
+
+
 def panels(
     rows: int, columns: int, size: tuple[float, float], **grid_options: Any
 ) -> tuple[Figure, Any]:
-    """A figure of ``size`` inches and its array of axes (rows, columns), in the project's style.
+    """A figure of ``size`` inches and its array of axes (rows, columns).
 
-    Built without pyplot: no window, no global state. ``save`` writes it.
+    Built without pyplot: no window, no global state; ``figure.savefig`` writes it.
     """
-    import matplotlib
     from matplotlib.figure import Figure
 
-    with matplotlib.rc_context(LETTERS):
-        figure = Figure(figsize=size, layout="constrained")
-        axes = figure.subplots(rows, columns, squeeze=False, **grid_options)
-    return figure, axes
-
-
-def save(figure: Figure, path: str | Path) -> None:
-    """Write the figure as the path's ending says, making its folder."""
-    import matplotlib
-
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    with matplotlib.rc_context(LETTERS):
-        figure.savefig(target)
+    figure = Figure(figsize=size, layout="constrained")
+    return figure, figure.subplots(rows, columns, squeeze=False, **grid_options)
 
 
 def show_field(
@@ -75,9 +78,15 @@ def show_field(
     *,
     limit: float | None = None,
     colours: str = "RdBu_r",
+    power: float = 1.0,
     label: str | None = None,
 ) -> Colorbar | None:
-    """Draw a plane scalar field to scale, zero in the middle of the colours; a bar if labelled."""
+    """Draw a plane scalar field to scale, a bar beside it if labelled.
+
+    "RdBu_r" has zero in its middle, other colours begin at zero; ``power < 1`` brings out the weak.
+    """
+    from matplotlib.colors import PowerNorm
+
     top = float(np.abs(field).max()) if limit is None else limit
     low = -top if colours == "RdBu_r" else 0.0
     half = 0.5 * grid.spacing
@@ -87,8 +96,7 @@ def show_field(
         origin="lower",
         extent=(x[0] - half, x[-1] + half, y[0] - half, y[-1] + half),
         cmap=colours,
-        vmin=low,
-        vmax=top,
+        norm=PowerNorm(power, vmin=low, vmax=top),
         interpolation="bilinear",
     )
     axes.set_aspect("equal")
