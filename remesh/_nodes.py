@@ -176,7 +176,7 @@ def gather(flat, bases, first, middle, last, start, stop, taps, mid, target):
 def gather_edge(
     field, first, middle, last, start, stop, taps, mid, x, y, z, periodic, clamps, target
 ):
-    """As `gather` for short runs and where a run crosses an edge; x, y, z: its first stencil node."""
+    """As `gather` for short runs and where a run crosses an edge; it starts at node x, y, z."""
     nx, nm, nc = field.shape
     for n in range(start, stop):
         total = field.dtype.type(0)
