@@ -1,7 +1,7 @@
 """Convolutions on a box: lines along the last axis, then one small transform per wavenumber of it.
 
-Zeros are never transformed: of a doubled axis only the lines that hold data go in, and only the lines
-that are kept come out. The blocks of work do not depend on the number of threads, nor do the results.
+Zeros are never transformed: of a doubled axis only the lines that hold data go in, and only the
+lines that are kept come out. Neither the blocks of work nor the results depend on the threads.
 """
 
 from __future__ import annotations
@@ -73,8 +73,8 @@ class _Worker:
 class Convolver:
     """Applies sums of multipliers to fields on one box; keeps its buffers and plans between calls.
 
-    ``run`` transforms each source once and each output once. Memory: one half-complex array, unpadded but
-    along the last axis, per source or output (whichever are more), plus a few lines per thread.
+    ``run`` transforms each source once and each output once. Memory: one half-complex array, padded
+    along the last axis only, per source or output (the more of them), plus a few lines per thread.
     """
 
     def __init__(
@@ -110,23 +110,23 @@ class Convolver:
     ) -> list[float]:
         """Write every output into ``out`` (plus its shift) and return the means of the sources.
 
-        ``smoothing`` multiplies every source first. ``out`` may be the sources. A mean that is not finite
-        tells that the source is not; the outputs are then not written.
+        ``smoothing`` multiplies every source first. ``out`` may be the sources. A mean that is not
+        finite tells that the source is not; the outputs are then not written.
         """
         with self._lock:
             self._provide(len(sources), max(len(sources), len(outputs)))
             for s, field in enumerate(sources):
                 self._rows_in(field, self._storage[s])
-            means = [
-                float(np.sum(self._storage[s][0].real, dtype=np.float64))
-                / math.prod(self.box.shape)
-                for s in range(len(sources))
-            ]
+            means = [self._mean(stored) for stored in self._storage[: len(sources)]]
             if all(math.isfinite(mean) for mean in means):
                 self._modes(len(sources), outputs, smoothing)
                 for o, field in enumerate(out):
                     self._rows_out(self._storage[o], field, shifts[o] if shifts else 0.0)
             return means
+
+    def _mean(self, stored: Field) -> float:
+        total = float(np.sum(stored[0].real, dtype=np.float64))
+        return total / math.prod(self.box.shape)
 
     def _provide(self, sources: int, fields: int) -> None:
         spectral = np.result_type(self.dtype, np.complex64)
@@ -216,10 +216,8 @@ class Convolver:
     ) -> None:
         parity = term.parity or (0,) * len(self.box.shape)
         rows = parity[1] if len(self.box.shape) == 3 else 0
-        signs = np.array(
-            [-1 if term.turn & 2 else 1, -1 if rows else 1, -1 if parity[0] else 1],
-            dtype=self.dtype,
-        )
+        odd = (term.turn & 2, rows, parity[0])
+        signs = np.array([-1 if one else 1 for one in odd], dtype=self.dtype)
         target = spectrum if result is None else result
         scale(spectrum, table, signs, bool(term.turn & 1), add, target)
 

@@ -1,4 +1,4 @@
-"""Fourier transforms of many lines at once, in buffers that the caller owns, with plans that are kept."""
+"""Fourier transforms of many lines at once, in buffers of the caller, with plans that are kept."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Transform = Callable[[], Any]
 
 @lru_cache(maxsize=1)
 def default_backend() -> str:
-    """Fastest backend that can be imported; FFTW (GPL) first, SciPy where neither extra is there."""
+    """Fastest backend that can be imported: FFTW (GPL), ducc0 (GPL), else SciPy."""
     for name in BACKENDS[:2]:
         try:
             import_module(name)
@@ -68,10 +68,10 @@ def plan(
 ) -> Transform:
     """Transform of every line (last axis) of ``source`` into ``target``; call it to execute.
 
-    Complex to complex (``source`` may be ``target``), real to half-complex, or back, told by the dtypes.
-    Neither direction is scaled: a round trip multiplies by the length. One thread. Real output may
-    overwrite ``source``. Plans are estimated, never timed, so that the same call gives the same bits
-    in every process. Cost 5 n log2 n flops a line.
+    Complex to complex (``source`` may be ``target``), real to half-complex, or back, told by the
+    dtypes. Neither direction is scaled: a round trip multiplies by the length. One thread. Real
+    output may overwrite ``source``. Plans are estimated, never timed, so that the same call gives
+    the same bits in every process. Cost 5 n log2 n flops a line.
     """
     if backend == "pyfftw":
         return _plan_fftw(source, target, inverse)
@@ -138,7 +138,7 @@ def _pool(size: int) -> ThreadPoolExecutor:
 
 
 def share(work: Callable[[int, int], None], blocks: int, threads: int) -> None:
-    """Call ``work(worker, block)`` once for every block; the blocks are dealt out to the workers in turn."""
+    """Call ``work(worker, block)`` once for every block, dealt out to the workers in turn."""
     workers = max(1, min(threads, blocks))
 
     def deal(worker: int) -> None:

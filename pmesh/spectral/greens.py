@@ -1,6 +1,6 @@
 """Green's functions of -laplace, in free space or for one wavenumber of the periodic axes.
 
-Each function returns three radial profiles on the unbounded axes: ``G``, ``A = G'/r`` and ``B = A'/r``,
+Each function returns three radial profiles on the unbounded axes, G, A = G'/r and B = A'/r,
 so that grad G = A x and d_i d_j G = A delta_ij + B x_i x_j.
 """
 
@@ -15,21 +15,21 @@ from scipy import special
 
 from pmesh.spectral.sweeps import screened_integrals
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 Profiles = tuple[Array, Array, Array]
 
 HEJ_ORDERS = (2, 4, 6, 8, 10)
 
 
 def hej(r2: Array, kappa2: Array, axes: int, *, sigma: float, order: int) -> Profiles:
-    """Gaussian-regularised Green's function on ``axes`` unbounded axes, transformed along the others.
+    """Gaussian-regularised Green's function on ``axes`` unbounded axes, transformed along others.
 
     ``r2``: squared distance [L^2] and ``kappa2``: squared wavenumber of the periodic axes [1/L^2];
     they broadcast, except for two unbounded axes, where ``kappa2`` is one number.
-    Its regularisation exp(-s^2/2) sum_{n < order/2} (s^2/2)^n / n!, s = |k| sigma, has ``order - 1``
-    vanishing moments, so that smooth sources are solved to O(sigma^order).
-    Source: Hejlesen, Rasmussen, Chatelain & Walther, J. Comput. Phys. 252 (2013) 458; Spietz et al.,
-    J. Comput. Phys. 369 (2018) 1; the mixed forms follow from 1/k^2 = int exp(-t k^2) dt.
+    Its regularisation exp(-s^2/2) sum_{n < order/2} (s^2/2)^n / n!, s = |k| sigma, has
+    ``order - 1`` vanishing moments, so that smooth sources are solved to O(sigma^order).
+    Source: Hejlesen, Rasmussen, Chatelain & Walther, J. Comput. Phys. 252 (2013) 458;
+    the mixed forms follow from 1/k^2 = int exp(-t k^2) dt.
     """
     x = r2 / (2 * sigma**2)
     a = kappa2 * (sigma**2 / 2)
@@ -97,16 +97,13 @@ def _gauss_line(r2: Array, kappa2: Array, sigma: float) -> tuple[Array, Array]:
     bell = np.exp(-((r / sigma) ** 2 + (k * sigma) ** 2) / 2)
     lower = (k * sigma - r / sigma) / math.sqrt(2)
     ahead = bell * special.erfcx((k * sigma + r / sigma) / math.sqrt(2))
-    behind = np.where(
-        lower > 0,
-        bell * special.erfcx(np.maximum(lower, 0.0)),
-        np.exp(-k * r) * special.erfc(lower),
-    )
+    near = bell * special.erfcx(np.maximum(lower, 0.0))
+    behind = np.where(lower > 0, near, np.exp(-k * r) * special.erfc(lower))
     inside = special.erf(r / (sigma * math.sqrt(2)))
     free = -(r * inside + sigma * math.sqrt(2 / math.pi) * np.exp(-((r / sigma) ** 2) / 2)) / 2
     G = np.where(still, free, (ahead + behind) / (4 * k))
     slope = np.where(still, -inside / 2, (ahead - behind) / 4)
-    middle = np.where(still, 0.0, (special.erfc(k * sigma / math.sqrt(2)))) * kappa2 / (2 * k)
+    middle = special.erfc(k * sigma / math.sqrt(2)) * kappa2 / (2 * k)
     peak = np.exp(-((np.where(still, 0.0, k) * sigma) ** 2) / 2) / (sigma * math.sqrt(2 * math.pi))
     A = np.where(r > 0, slope / np.where(r > 0, r, 1.0), middle - peak)
     return G, A
@@ -115,7 +112,8 @@ def _gauss_line(r2: Array, kappa2: Array, sigma: float) -> tuple[Array, Array]:
 def hockney_eastwood(r2: Array, kappa2: Array, axes: int, *, spacing: float) -> Profiles:
     """The point Green's function itself, with the mean over one cell at r = 0. Second order.
 
-    Arguments as for :func:`hej`. Source: Hockney & Eastwood, Computer Simulation Using Particles (1988).
+    Arguments as for :func:`hej`. Source: Hockney & Eastwood, Computer Simulation Using Particles
+    (1988), and the means over the disc and the cube of one cell.
     """
     apart = r2 > 0
     r = np.sqrt(np.where(apart, r2, 1.0))

@@ -1,4 +1,4 @@
-"""Lattice Green's functions: the exact inverses of the 3-, 5- and 7-point Laplacian on unit spacing."""
+"""Lattice Green's functions: exact inverses of the 3-, 5- and 7-point Laplacian, unit spacing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, special
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 
 _NEAR = 64  # offsets up to here by quadrature, beyond by the asymptotic series
 PLANE_CONSTANT = (np.euler_gamma + 1.5 * math.log(2)) / (2 * math.pi)
@@ -18,9 +18,9 @@ PLANE_CONSTANT = (np.euler_gamma + 1.5 * math.log(2)) / (2 * math.pi)
 def lattice_greens(shape: tuple[int, ...], screening: Array) -> Array:
     """G(n) with (-laplace_h + screening) G = delta_0, for offsets 0 <= n_i < shape_i.
 
-    ``screening``: non-negative number, or for one axis an array that broadcasts. Without it the plane's
-    G is shifted to approach -ln(r) / (2 pi), and the line's is -n/2. Accurate to about 1e-10.
-    Source: Buneman, J. Comput. Phys. 8 (1971) 500; Liska & Colonius, J. Comput. Phys. 279 (2014) 76.
+    ``screening``: non-negative number, or for one axis an array that broadcasts. Without it the
+    plane's G is shifted to approach -ln(r) / (2 pi), and the line's is -n/2. Source: Liska &
+    Colonius, J. Comput. Phys. 279 (2014) 76; the integrals are standard.
     """
     if len(shape) == 1:
         return lattice_line(np.arange(shape[0]), np.asarray(screening, dtype=float))
@@ -31,7 +31,7 @@ def lattice_greens(shape: tuple[int, ...], screening: Array) -> Array:
 
 
 def lattice_line(n: Any, screening: Array) -> Array:
-    """One-dimensional G: exp(-n s) / (2 sinh s), cosh s = 1 + screening/2; -n/2 without screening."""
+    """G of a line: exp(-n s) / (2 sinh s), cosh s = 1 + screening/2; -n/2 without screening."""
     s = 2 * np.arcsinh(np.sqrt(screening) / 2)
     moving = s > 0
     s_safe = np.where(moving, s, 1.0)
@@ -76,7 +76,7 @@ def _plane(shape: tuple[int, ...]) -> Array:
 
 
 def _space(shape: tuple[int, ...]) -> Array:
-    """Integral over t of prod exp(-2t) I_n(2t) near the origin, 1/(4 pi r) and its corrections beyond."""
+    """Integral of prod exp(-2t) I_n(2t) near the origin, 1/(4 pi r) and a correction beyond."""
     squares = np.meshgrid(*(np.arange(size, dtype=float) ** 2 for size in shape), indexing="ij")
     r2 = squares[0] + squares[1] + squares[2]
     r2[0, 0, 0] = 1.0

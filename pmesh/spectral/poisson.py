@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import Any
+from typing import Literal, overload
 
 import numpy as np
 
@@ -31,6 +31,32 @@ def poisson(
     return _solver(grid, kernel, order, _precision(rhs), threads).poisson(rhs)
 
 
+@overload
+def velocity(
+    vorticity: Field,
+    grid: Grid,
+    freestream: Sequence[float] | None = None,
+    *,
+    order: int | None = None,
+    kernel: str = "HEJ",
+    gradient: Literal[False] = False,
+    threads: int | None = None,
+) -> Field: ...
+
+
+@overload
+def velocity(
+    vorticity: Field,
+    grid: Grid,
+    freestream: Sequence[float] | None = None,
+    *,
+    order: int | None = None,
+    kernel: str = "HEJ",
+    gradient: Literal[True],
+    threads: int | None = None,
+) -> tuple[Field, Field]: ...
+
+
 def velocity(
     vorticity: Field,
     grid: Grid,
@@ -40,16 +66,17 @@ def velocity(
     kernel: str = "HEJ",
     gradient: bool = False,
     threads: int | None = None,
-) -> Any:
-    """Velocity curl(psi), laplace(psi) = -vorticity, plus the free stream; ``(ndim, *shape)`` [L/T].
+) -> Field | tuple[Field, Field]:
+    """Velocity curl(psi), laplace(psi) = -vorticity, plus the free stream; (ndim, *shape) [L/T].
 
     ``vorticity``: ``grid.shape`` in 2-D (dv/dx - du/dy), ``(3, *grid.shape)`` in 3-D [1/T]. With
     ``gradient=True`` also ``[i, j] = d u_i / d x_j``, shape ``(ndim, ndim, *shape)`` [1/T]. Order,
     cost, refusals as VelocitySolver. float32 in, float32 out; all else is float64.
     """
     solver = _solver(grid, kernel, order, _precision(vorticity), threads)
-    speed = solver.velocity(vorticity, freestream=freestream)
-    return (speed, solver.gradient(vorticity)) if gradient else speed
+    if gradient:
+        return solver.velocity_and_gradient(vorticity, freestream=freestream)
+    return solver.velocity(vorticity, freestream=freestream)
 
 
 def _precision(field: Field) -> str:

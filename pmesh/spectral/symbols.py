@@ -1,4 +1,4 @@
-"""Multipliers: the Fourier tables of the Green's functions and their derivatives on a padded box."""
+"""Multipliers: Fourier tables of the Green's functions and their derivatives on a padded box."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from pmesh.spectral.lattice import lattice_greens, lattice_line
 from remesh.errors import InputError
 from remesh.grid import Grid
 
-Array = NDArray[np.float64]
+Array = NDArray[Any]
 Derivative = tuple[int, ...]
 
 KERNELS = ("HEJ", "LGF", "HE")
@@ -28,7 +28,7 @@ KERNELS = ("HEJ", "LGF", "HE")
 class Greens:
     """Which Green's function: its name, its order, and for HEJ its smoothing radius in spacings.
 
-    Order: HEJ 2, 4, 6, 8 or 10; LGF (lattice) and HE (Hockney-Eastwood) 2. Refuses other names and orders.
+    Order: HEJ 2, 4, 6, 8 or 10; LGF (lattice) and HE (Hockney-Eastwood) 2. Refuses all others.
     """
 
     kernel: str = "HEJ"
@@ -100,16 +100,14 @@ class Box:
 def multipliers(
     box: Box, greens: Greens | None, derivatives: list[Derivative], dtype: DTypeLike
 ) -> list[NDArray[Any]]:
-    """Real tables T, axes reversed, such that i^(odd axes) T is the transform of the derivative of G.
+    """Real tables T, axes reversed: i^(odd axes) T is the transform of the derivative of G.
 
-    G solves -laplace G = delta; ``greens=None`` stands for delta itself. A derivative counts how often each
-    axis is differentiated. Only wavenumbers >= 0 are kept: a table is odd along an axis with one derivative,
-    else even. Tables are kept for the next call, 1 GB of them at most.
+    G solves -laplace G = delta; ``greens=None`` stands for delta itself. A derivative counts how
+    often each axis is differentiated. Only wavenumbers >= 0 are kept: a table is odd along an axis
+    with one derivative, else even. Tables are kept for the next call, 1 GB of them at most.
     """
     keys = [(box, greens, derivative, np.dtype(dtype).char) for derivative in derivatives]
-    missing = list(
-        dict.fromkeys(d for d, key in zip(derivatives, keys, strict=True) if key not in _KEPT)
-    )
+    missing = [d for d, key in zip(derivatives, keys, strict=True) if key not in _KEPT]
     fresh = _tables(box, greens, missing, dtype) if missing else {}
     tables = []
     with _LOCK:
@@ -139,7 +137,7 @@ def _tables(
         solved = {d: _waves(box, d, range(len(box.shape)), lattice) for d in derivatives}
     elif all(box.periodic):
         inverse = _inverse_laplacian(box, lattice)
-        solved = {d: inverse * _waves(box, d, range(box_ndim(box)), lattice) for d in derivatives}
+        solved = {d: inverse * _waves(box, d, range(len(box.shape)), lattice) for d in derivatives}
     else:
         sample = _sample_lattice(box) if lattice else _sample_profiles(box, greens)
         solved = {}
@@ -154,13 +152,8 @@ def _tables(
     }
 
 
-def box_ndim(box: Box) -> int:
-    """Number of axes of a box."""
-    return len(box.shape)
-
-
 def _inverse_laplacian(box: Box, lattice: bool) -> Array:
-    total = sum(-_waves(box, d, [axis], lattice) for axis, d in enumerate(_twice(box_ndim(box))))
+    total = sum(-_waves(box, d, [axis], lattice) for axis, d in enumerate(_twice(len(box.shape))))
     total = np.asarray(total)
     total.flat[0] = 1.0
     inverse: Array = 1.0 / total
@@ -206,7 +199,7 @@ def _sample_profiles(box: Box, greens: Greens) -> Any:
     """Sampler of the derivatives of a radial Green's function at the node offsets."""
     free = box.axes(periodic=False)
     offsets = {axis: box.along(axis, box.spacing * np.arange(box.half[axis])) for axis in free}
-    r2 = sum(x**2 for x in offsets.values())
+    r2 = np.asarray(sum(x**2 for x in offsets.values()))
     waves = [box.along(axis, box.wavenumbers(axis) ** 2) for axis in box.axes(periodic=True)]
     kappa2 = np.asarray(sum(waves, start=np.zeros([1] * len(box.shape))))
 
@@ -226,12 +219,12 @@ def _sample_profiles(box: Box, greens: Greens) -> Any:
     def sample(derivative: Derivative) -> Array:
         taken = [axis for axis in free for _ in range(derivative[axis])]
         if not taken:
-            return G
+            return np.asarray(G)
         if len(taken) == 1:
-            return offsets[taken[0]] * A
+            return np.asarray(offsets[taken[0]] * A)
         first, second = taken
         cross: Array = offsets[first] * offsets[second] * B
-        return cross + A if first == second else cross
+        return np.asarray(cross + A) if first == second else cross
 
     return sample
 
@@ -240,7 +233,7 @@ def _sample_lattice(box: Box) -> Any:
     """Sampler of the central differences of the lattice Green's function."""
     free = box.axes(periodic=False)
     h = box.spacing
-    lattice = {d: _waves(box, d, [axis], True) for axis, d in enumerate(_twice(box_ndim(box)))}
+    lattice = {d: _waves(box, d, [axis], True) for axis, d in enumerate(_twice(len(box.shape)))}
     waves = [-table * h**2 for d, table in lattice.items() if box.periodic[d.index(2)]]
     screening = np.asarray(sum(waves, start=np.zeros([1] * len(box.shape))))
     shape = tuple(box.half[axis] for axis in free)
@@ -248,9 +241,9 @@ def _sample_lattice(box: Box) -> Any:
         n = box.along(free[0], np.arange(float(shape[0])))
         G = lattice_line(n, screening) * h
     elif len(box.shape) == 3 and len(free) == 2:
-        each = [lattice_greens(shape, value) for value in screening.ravel()]
+        each = [lattice_greens(shape, np.asarray(value)) for value in screening.ravel()]
         G = np.stack(each, axis=box.axes(periodic=True)[0])
-        # the mean of the periodic axis is the plane's own kernel, which knows the spacing through ln h
+        # the mean along the periodic axis is the plane's own G, which knows the spacing by ln h
         _shift_plane(G, box, h)
     else:
         G = lattice_greens(shape, np.zeros(())) * h ** (2 - len(free))
@@ -274,7 +267,7 @@ def _shift_plane(G: Array, box: Box, h: float) -> None:
 
 
 def _difference(values: Array, axis: int, count: int, h: float) -> Array:
-    """Central first or compact second difference of the even extension; the last offset is not used."""
+    """Central first or compact second difference of the even extension; last offset not used."""
     moved = np.moveaxis(values, axis, 0)
     result = np.zeros_like(moved)
     if count == 1:

@@ -22,11 +22,12 @@ Outputs = list[list[Term]]
 class VelocitySolver:
     """Velocity, stream function and diffusion of a vorticity field on one grid, again and again.
 
-    ``kernel``: "HEJ" (order 2 to 10, 8 by default), "LGF" or "HE" (order 2); fully periodic boxes are solved
-    spectrally whatever the order. Vorticity: ``grid.shape`` in 2-D, ``(3, *grid.shape)`` in 3-D [1/T].
-    Velocity: ``(ndim, *grid.shape)`` [L/T]. Results are new arrays unless ``out`` is given, the same for any
-    number of threads. Refuses wrong shapes, values that are not finite, and a non-zero mean in a fully
-    periodic box. Cost: one transform per source and per output on axes doubled where unbounded.
+    ``kernel``: "HEJ" (order 2 to 10, 8 by default; ``radius`` is its smoothing radius in spacings),
+    "LGF" or "HE" (order 2); HEJ and HE are spectral in a fully periodic box. Vorticity:
+    ``grid.shape`` in 2-D, ``(3, *grid.shape)`` in 3-D [1/T]. Velocity: ``(ndim, *grid.shape)``
+    [L/T]. Results are new arrays unless ``out`` is given, bit for bit the same for any number of
+    threads. Refuses wrong shapes, values that are not finite, and a mean in a fully periodic box.
+    Cost: one transform per source and per output, on axes doubled where unbounded.
     """
 
     def __init__(
@@ -61,7 +62,7 @@ class VelocitySolver:
     ) -> Field:
         """Velocity curl(psi), laplace(psi) = -vorticity, plus the free stream [L/T].
 
-        ``smoothing``: ``("heat", a)`` or ``("phi1", a)`` is applied to the vorticity on the way, a [L^2].
+        ``smoothing``: ``("heat", a)`` or ``("phi1", a)``, a [L^2], acts on the vorticity first.
         """
         sources = self._sources(vorticity)
         out = output(out, (self.grid.ndim, *self.grid.shape), self.dtype)
@@ -70,11 +71,21 @@ class VelocitySolver:
 
     def gradient(self, vorticity: Field, *, smoothing: Smoothing | None = None) -> Field:
         """Velocity gradient ``[i, j] = d u_i / d x_j``, shape ``(ndim, ndim, *shape)`` [1/T]."""
-        ndim = self.grid.ndim
-        result = output(None, (ndim, ndim, *self.grid.shape), self.dtype)
-        flat = list(result.reshape(ndim * ndim, *self.grid.shape))
-        self._run(self._sources(vorticity), self._gradient_terms(), flat, smoothing)
+        result, targets = self._gradient_output()
+        self._run(self._sources(vorticity), self._gradient_terms(), targets, smoothing)
+        _close_trace(result)
         return result
+
+    def velocity_and_gradient(
+        self, vorticity: Field, *, freestream: Sequence[float] | None = None
+    ) -> tuple[Field, Field]:
+        """Velocity and its gradient, from one forward transform."""
+        speed = output(None, (self.grid.ndim, *self.grid.shape), self.dtype)
+        result, targets = self._gradient_output()
+        terms = [*self._velocity_terms(), *self._gradient_terms()]
+        self._run(self._sources(vorticity), terms, [*speed, *targets], None, freestream)
+        _close_trace(result)
+        return speed, result
 
     def stream(self, vorticity: Field, *, out: Field | None = None) -> Field:
         """Stream function psi, laplace(psi) = -vorticity, of the shape of the vorticity [L^2/T]."""
@@ -86,7 +97,7 @@ class VelocitySolver:
         return out
 
     def poisson(self, rhs: Field, *, out: Field | None = None) -> Field:
-        """Solution psi of laplace(psi) = rhs; ``rhs``: ``grid.shape``, or several stacked in front."""
+        """Solution psi of laplace(psi) = rhs; ``rhs``: ``grid.shape``, or several in front."""
         shape, ndim = self.grid.shape, self.grid.ndim
         stacked = np.shape(rhs)[:-ndim]
         source = check_field(rhs, (*stacked, *shape), self.dtype, "rhs")
@@ -100,10 +111,10 @@ class VelocitySolver:
     def smoothed(
         self, vorticity: Field, amount: float, kind: str = "heat", *, out: Field | None = None
     ) -> Field:
-        """Vorticity after ``amount`` [L^2] of heat flow, or its mean over that time (``kind="phi1"``).
+        """Vorticity after ``amount`` [L^2] of heat flow, or its mean over that time ("phi1").
 
-        Exact for what stays inside the box: an unbounded axis is seen with zeros beyond it. Conserves the sum
-        over the padded box, and the first moments of what stays inside.
+        Exact for what stays inside the box: an unbounded axis is seen with zeros beyond it, and
+        what spreads beyond is cut. Conserves the sum and the first moments of what stays inside.
         """
         sources = self._sources(vorticity)
         out = output(out, np.shape(vorticity), self.dtype)
@@ -153,10 +164,9 @@ class VelocitySolver:
         outputs: Outputs = []
         for i in range(ndim):
             # u_i = d_i d_j G * f_j - laplace(G) * f_i, without the axis i itself in the sum
-            terms = [_term(j, tables[second[i][j]], second[i][j], 1) for j in range(ndim) if j != i]
-            terms += [
-                _term(i, tables[second[j][j]], second[j][j], -1) for j in range(ndim) if j != i
-            ]
+            others = [j for j in range(ndim) if j != i]
+            terms = [_term(j, tables[second[i][j]], second[i][j], 1) for j in others]
+            terms += [_term(i, tables[second[j][j]], second[j][j], -1) for j in others]
             outputs.append(terms)
         self._run(list(force), outputs, list(out), smoothing, solves=False)
         return out
@@ -188,6 +198,12 @@ class VelocitySolver:
     def _components(self, field: Field) -> list[Field]:
         return [field] if field.ndim == self.grid.ndim else list(field)
 
+    def _gradient_output(self) -> tuple[Field, list[Field]]:
+        """The gradient and its entries but the last, which the others give: the trace is zero."""
+        ndim = self.grid.ndim
+        result = output(None, (ndim, ndim, *self.grid.shape), self.dtype)
+        return result, list(result.reshape(ndim * ndim, *self.grid.shape))[:-1]
+
     def _tables(self, derivatives: list[Derivative]) -> list[NDArray[Any]]:
         return multipliers(self.box, self.greens, derivatives, self.dtype)
 
@@ -214,11 +230,12 @@ class VelocitySolver:
             return _term(source, tables[name], name, sign)
 
         if ndim == 2:
-            return [[second(0, 1, j, 1)] for j in range(2)] + [
-                [second(0, 0, j, -1)] for j in range(2)
-            ]
+            return [[second(0, 1, 0, 1)], [second(0, 1, 1, 1)], [second(0, 0, 0, -1)]]
         return [
-            [second(k, j, axis, 1), second(j, k, axis, -1)] for j, k in _CYCLES for axis in range(3)
+            [second(k, j, axis, 1), second(j, k, axis, -1)]
+            for i, (j, k) in enumerate(_CYCLES)
+            for axis in range(3)
+            if i + axis < 4
         ]
 
     def _run(
@@ -248,6 +265,11 @@ class VelocitySolver:
 
 
 _CYCLES = ((1, 2), (2, 0), (0, 1))
+
+
+def _close_trace(gradient: Field) -> None:
+    ndim = len(gradient)
+    gradient[-1, -1] = -sum(gradient[i, i] for i in range(ndim - 1))
 
 
 def _derivative(ndim: int, *axes: int) -> Derivative:
