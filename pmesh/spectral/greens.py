@@ -64,7 +64,7 @@ def _gauss_space(r2: Array, kappa2: Array, sigma: float) -> tuple[Array, Array]:
     rho = r / sigma
     inside = special.erf(rho / math.sqrt(2))
     peak = 1 / (sigma * (2 * math.pi) ** 1.5)
-    G = np.where(r2 > 0, inside / (4 * math.pi * r), 2 * peak)
+    G = np.where(r2 > 0, inside / (4 * math.pi * r), peak)
     mass = inside - math.sqrt(2 / math.pi) * rho * np.exp(-(rho**2) / 2)
     A = np.where(r2 > 0, -mass / (4 * math.pi * r**3), -peak / (3 * sigma**2))
     return G, A
