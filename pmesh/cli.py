@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import signal
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -62,7 +64,7 @@ def run() -> None:
 
 def _case_command(name: str) -> click.Command:
     """The command for one case, with an option for every field of its class."""
-    from pmesh.cases.options import options
+    from pmesh.cases.options import checked, options
     from pmesh.cases.registry import find
 
     preset: dict[str, Any] = {}
@@ -71,12 +73,13 @@ def _case_command(name: str) -> click.Command:
 
         name, preset = read_case(Path(name))
     cls = find(name)
-    known = options(cls)
+    known, preset = options(cls), checked(cls, preset)
 
-    def start(out: str | None, resume: bool, overwrite: bool, quick: bool, **texts: Any) -> None:
+    def start(out: str | None, quick: bool, **rest: Any) -> None:
+        texts = {key: rest.pop(key) for key in known}
         given = {key: known[key].parse(text) for key, text in texts.items() if text is not None}
         folder = Path(out or Path("out") / name.rpartition(":")[2])
-        _start(cls, name, {**preset, **given}, folder, resume, overwrite, quick)
+        _start(cls, name, {**preset, **given}, folder, quick, **rest)
 
     fields = [_click_option(known[key], preset) for key in known]
     line = CASES[name].line if name in CASES else cls.source
@@ -86,15 +89,14 @@ def _case_command(name: str) -> click.Command:
 
 def _click_option(option: Option, preset: dict[str, Any]) -> click.Option:
     """An option of the command line; its text is read by the case's own rules."""
+    from pmesh.cases.options import spelt
+
     unit = f" [{option.unit}]" if option.unit else ""
     default = preset.get(option.name, option.default)
-    shown = "automatic" if default is None else f"{default:g}" if option.kind is float else default
-    if isinstance(shown, tuple | list):
-        shown = " ".join(f"{part:g}" for part in shown)
     return click.Option(
         [option.flag, option.name],
         metavar=option.word.upper() if not option.choices else option.word,
-        help=f"{option.help}{unit}  [default: {shown}]",
+        help=f"{option.help}{unit}  [default: {spelt(default)}]",
     )
 
 
@@ -102,6 +104,13 @@ COMMON: list[click.Parameter] = [
     click.Option(["--out"], metavar="DIR", help="run directory  [default: out/CASE]"),
     click.Option(["--resume"], is_flag=True, help="go on from the checkpoint in the directory"),
     click.Option(["--overwrite"], is_flag=True, help="replace the run in the directory"),
+    click.Option(
+        ["--checkpoint-every"],
+        type=click.FloatRange(min=0),
+        default=30.0,
+        metavar="SECONDS",
+        help="work at risk between two checkpoints  [default: 30]",
+    ),
     click.Option(["--quick"], is_flag=True, help="a short, coarse run, to see that all works"),
 ]
 
@@ -111,9 +120,11 @@ def _start(
     name: str,
     values: dict[str, Any],
     folder: Path,
+    quick: bool,
+    *,
     resume: bool,
     overwrite: bool,
-    quick: bool,
+    checkpoint_every: float,
 ) -> None:
     """Run the case with a progress line, and close with the metrics table."""
     if resume and overwrite:
@@ -125,7 +136,15 @@ def _start(
     if resume:
         values = resumed_values(folder, name, values)
     case = cls.make(values, quick=quick)
-    report = run_case(name, case, folder, resume=resume, overwrite=overwrite, watch=[Progress()])
+    report = run_case(
+        name,
+        case,
+        folder,
+        resume=resume,
+        overwrite=overwrite,
+        watch=[Progress()],
+        checkpoint_every=checkpoint_every,
+    )
     show(case.title, report.metrics, report.cost)
     click.echo(f"{folder}/: figure.png, fields.vtkhdf, series.csv, summary.json")
 
@@ -136,10 +155,10 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     0 done, 2 input that cannot be used, 3 a run that broke, 4 a file that could not be read or
     written, 130 interrupted.
     """
-    _log_to_stderr()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's end is a Ctrl-C
     try:
-        sys.exit(command.main(arguments, prog_name="pmesh", standalone_mode=False) or 0)
+        with _speaking():
+            sys.exit(command.main(arguments, prog_name="pmesh", standalone_mode=False) or 0)
     except PmeshError as error:
         _fail(error, _status(error))
     except click.NoSuchOption as error:
@@ -148,7 +167,8 @@ def main(arguments: list[str] | None = None) -> NoReturn:
         where = error.ctx.command_path if isinstance(error, click.UsageError) and error.ctx else ""
         _fail(InputError(error.format_message(), hint=f"{where or 'pmesh'} --help"), EXIT_INPUT)
     except (KeyboardInterrupt, click.Abort) as error:
-        click.echo(f"{error or 'stopped'}\n  try: the same command with --resume", err=True)
+        said = str(error.__cause__ or error) or "stopped"  # click wraps what the loop says
+        click.echo(f"{said}\n  try: the same command with --resume", err=True)
         sys.exit(EXIT_INTERRUPT)
 
 
@@ -176,12 +196,17 @@ def _no_such_option(error: click.NoSuchOption) -> InputError:
     )
 
 
-def _log_to_stderr() -> None:
-    """Let the loggers of pmesh, and only those, speak on stderr."""
-    log = logging.getLogger("pmesh")
-    if not log.handlers:
-        handler = logging.StreamHandler()
-        handler.setFormatter(logging.Formatter("%(message)s"))
-        log.addHandler(handler)
-        log.setLevel(logging.INFO)
-        log.propagate = False
+@contextlib.contextmanager
+def _speaking() -> Iterator[None]:
+    """Let the loggers of pmesh, and only those, speak on stderr for the time of a command."""
+    log, handler = logging.getLogger("pmesh"), logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(message)s"))
+    before = log.level, log.propagate
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.propagate = False
+    try:
+        yield
+    finally:
+        log.removeHandler(handler)
+        log.level, log.propagate = before

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
-from pmesh.cases.options import checked, option
+from pmesh.cases.options import checked, option, spelt
 from remesh.errors import InputError
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class Case(ABC):
             default = type(self).__dataclass_fields__[name].default
             raise InputError(
                 f"{name} must be {what}, got {getattr(self, name)}",
-                hint=hint or f"--{name.replace('_', '-')} {default}",
+                hint=hint or f"--{name.replace('_', '-')} {spelt(default)}",
             )
 
     def positive(self, *names: str) -> None:

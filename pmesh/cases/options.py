@@ -14,7 +14,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 from remesh.errors import InputError
 
 T = TypeVar("T")
-EXAMPLES = {float: "0.5, or 1/64", int: "128", bool: "true or false", str: "a word"}
+EXAMPLES = {"float": "0.5", "int": "128", "bool": "true", "float ...": "0.5,1.0"}
 
 
 def option(default: T, help: str, *, unit: str = "", choices: Iterable[str] = ()) -> T:
@@ -95,13 +95,21 @@ class Option:
 
     def refusal(self, value: Any) -> InputError:
         """The error for a value of the wrong kind."""
-        example = EXAMPLES[_item(self.kind) if _many(self.kind) else self.kind]
-        if not _many(self.kind) and self.default is not None:
-            example = str(self.default)
-        many = "several numbers" if _many(self.kind) else KINDS[self.kind]
-        return InputError(
-            f"{self.name} must be {many}, got {value!r}", hint=f"{self.flag} {example}"
+        example = (
+            spelt(self.default) if self.default is not None else EXAMPLES.get(self.word, self.word)
         )
+        return InputError(
+            f"{self.name} must be {self.kinds}, got {value!r}", hint=f"{self.flag} {example}"
+        )
+
+    @property
+    def kinds(self) -> str:
+        """What kind of value it takes, in a sentence."""
+        if not _many(self.kind):
+            return KINDS[self.kind]
+        parts = get_args(self.kind)
+        count = "any number of" if Ellipsis in parts else str(len(parts))
+        return f"{count} {'words' if _item(self.kind) is str else 'numbers'}"
 
 
 KINDS = {float: "a finite number", int: "a whole number", bool: "true or false", str: "a word"}
@@ -154,6 +162,15 @@ def closest(name: str, known: Iterable[str]) -> str | None:
     """The known name that looks most like this one, if any does."""
     best = difflib.get_close_matches(name, list(known), n=1, cutoff=0.55)
     return best[0] if best else None
+
+
+def spelt(value: Any) -> str:
+    """The text that means a value on the command line."""
+    if isinstance(value, tuple | list):
+        return ",".join(spelt(part) for part in value)
+    if value is None or isinstance(value, bool):
+        return "auto" if value is None else str(value).lower()
+    return f"{value:.12g}" if isinstance(value, float) else str(value)
 
 
 def _parse(kind: type, text: str) -> Any:
