@@ -125,6 +125,8 @@ def read_case(path: Path) -> tuple[str, dict[str, Any]]:
 
 def _refuse_changes(name: str, case: Case, folder: Path) -> None:
     """Refuse to resume a run of another case or with other parameters."""
+    if (folder / CHECKPOINT).exists():
+        checkpoint.notes(folder / CHECKPOINT)  # it is whole
     if not (folder / CASE).exists():
         return
     other, parameters = read_case(folder / CASE)

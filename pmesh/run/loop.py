@@ -148,12 +148,12 @@ class _Journey(Generic[S]):
         fresh = self.folder is None or not self.folder.resumed
         closers: list[Callable[[], None]] = []
         try:
+            if self.folder:
+                self.folder.begin(state.step)
             for watcher in self.watch:
                 if isinstance(watcher, Staged):
                     watcher.open(start)
                     closers.append(watcher.close)
-            if self.folder:
-                self.folder.open_series(state.step)
             if fresh:
                 self.tell(start)
             self.good = state

@@ -32,11 +32,9 @@ class RunFolder:
             refuse_another_run(path, overwrite=overwrite)
         self.path = path
         self.resumed = resume and (path / CHECKPOINT).exists()
+        self._replaced = RUN_FILES[:-1] if resume else RUN_FILES  # the case of one to resume stays
         self._opened = False
         self._made = not path.exists()
-        make_folder(path)
-        begun = RUN_FILES[:-1] if resume else RUN_FILES  # the case of a run to resume stays
-        clear(path, (FIGURE, SUMMARY) if self.resumed else begun)
 
     def restore(self, state: Any) -> tuple[Any, float, int]:
         """The state to start from, with the seconds and node steps it has cost so far."""
@@ -52,8 +50,10 @@ class RunFolder:
         cost = checkpoint.notes(self.path / CHECKPOINT)
         return kept, float(cost["seconds"]), int(cost["node_steps"])
 
-    def open_series(self, step: int) -> None:
-        """Open series.csv; of a resumed run the rows after ``step`` are forgotten."""
+    def begin(self, step: int) -> None:
+        """Clear the way and open series.csv; of a resumed run the rows after ``step`` are cut."""
+        make_folder(self.path)
+        clear(self.path, (FIGURE, SUMMARY) if self.resumed else self._replaced)
         self.series = SeriesFile(self.path / SERIES, step if self.resumed else None)
         self._opened = True
 
@@ -68,7 +68,7 @@ class RunFolder:
         """Let go of the files; of a run that never started leave nothing."""
         if self._opened:
             self.series.close()
-        if forget:
+        if forget and self.path.exists():
             clear(self.path)
             if self._made and not any(self.path.iterdir()):
                 self.path.rmdir()
