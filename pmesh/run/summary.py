@@ -122,19 +122,24 @@ def write_summary(path: Path, case: str, metrics: Sequence[Metric], cost: Cost) 
 
 def show(case: str, metrics: Sequence[Metric], cost: Cost, stream: IO[str] | None = None) -> None:
     """Write the closing table: value, reference, error, tolerance, pass or fail; then the cost."""
-    from rich.console import Console
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console, JustifyMethod
     from rich.table import Table
     from rich.text import Text
 
     out = stream or sys.stdout
     console = Console(file=out, width=None if out.isatty() else 140)
-    table = Table(title=case, title_justify="left")
-    for name in ("metric", "value", "reference", "error", "tolerance", "result", "grade", "source"):
-        table.add_column(name, justify="right" if name in NUMBERS else "left", overflow="fold")
+    table = Table(title=case, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
+    names = ["metric", *NUMBERS, "result", "grade", "source"]
+    if console.width < 100:
+        names.pop()  # summary.json has the sources; here the numbers come first
+    for name in names:
+        side: JustifyMethod = "right" if name in NUMBERS else "left"
+        table.add_column(name, justify=side, no_wrap=name not in ("metric", "source"))
     for metric in metrics:
         result, colour = RESULTS[metric.passed]
         relative = metric.kind == "relative" or (metric.kind == "report" and metric.reference)
-        table.add_row(
+        cells = (
             Text(metric.name),
             _number(metric.value),
             _number(metric.reference),
@@ -144,6 +149,7 @@ def show(case: str, metrics: Sequence[Metric], cost: Cost, stream: IO[str] | Non
             Text(metric.grade),
             Text(metric.source),
         )
+        table.add_row(*cells[: len(names)])
     console.print(table)
     numbers = cost.as_dict()
     console.print(
