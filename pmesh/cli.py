@@ -106,7 +106,7 @@ COMMON: list[click.Parameter] = [
     click.Option(["--overwrite"], is_flag=True, help="replace the run in the directory"),
     click.Option(
         ["--checkpoint-every"],
-        type=click.FloatRange(min=0),
+        type=float,
         default=30.0,
         metavar="SECONDS",
         help="work at risk between two checkpoints  [default: 30]",
