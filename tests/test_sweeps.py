@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from pmesh.spectral.sweeps import scale, screened_integrals, to_modes, to_rows, transpose
+from pmesh.spectral.sweeps import crop, pad, scale, screened_integrals, to_modes, to_rows, transpose
 
 
 def spread(table, rows, columns, odd_rows, odd_columns):
@@ -25,14 +25,14 @@ def spread(table, rows, columns, odd_rows, odd_columns):
 def test_scale_multiplies_by_the_mirrored_table(dtype, tolerance, turned, add, shape):
     rng = np.random.default_rng(3)
     rows, columns = shape
-    table = rng.standard_normal((rows // 2 + 1, columns // 2 + 1)).astype(dtype)
+    tables = rng.standard_normal((2, rows // 2 + 1, columns // 2 + 1)).astype(dtype)
     kind = np.result_type(dtype, np.complex64)
-    spectrum = (rng.standard_normal(shape) + 1j * rng.standard_normal(shape)).astype(kind)
-    before = (rng.standard_normal(shape) + 1j * rng.standard_normal(shape)).astype(kind)
+    spectrum = (rng.standard_normal((2, *shape)) + 1j).astype(kind)
+    before = (rng.standard_normal((2, *shape)) - 2j).astype(kind)
     for signs in ([1, 1, 1], [-1, -1, 1], [1, 1, -1]):
         out = before.copy()
-        scale(spectrum, table, np.array(signs, dtype), turned, add, out)
-        full = signs[0] * spread(table, rows, columns, signs[1], signs[2])
+        scale(spectrum, tables, np.array(signs, dtype), turned, add, out)
+        full = np.array([signs[0] * spread(t, rows, columns, *signs[1:]) for t in tables])
         exact = (1j if turned else 1) * full * spectrum + (before if add else 0)
         assert np.abs(out - exact).max() <= 10 * tolerance
 
@@ -46,11 +46,23 @@ def test_modes_and_rows_are_each_others_transposes():
     back = np.zeros_like(rows)
     to_rows(modes, back)
     assert np.array_equal(back, rows)
-    flat = np.zeros((37, 21))
-    flat[...] = rng.standard_normal(flat.shape)
-    turned = np.zeros((21, 37))
+    flat = rng.standard_normal((2, 37, 21))
+    turned = np.ones((2, 21, 40))
     transpose(flat, turned)
-    assert np.array_equal(turned, flat.T)
+    assert np.array_equal(turned[..., :37], flat.swapaxes(1, 2))
+    assert not turned[..., 37:].any()
+
+
+def test_padding_fills_with_zeros_and_cropping_scales_and_shifts():
+    lines = np.random.default_rng(5).standard_normal((2, 3, 5))
+    wide = np.ones((4, 3, 8))
+    pad(lines, wide)
+    assert np.array_equal(wide[:2, :, :5], lines)
+    assert not wide[:2, :, 5:].any()
+    assert np.all(wide[2:] == 1)
+    back = np.empty_like(lines)
+    crop(wide, 2.0, 0.5, back)
+    assert np.allclose(back, 2 * lines + 0.5)
 
 
 @pytest.mark.parametrize("a", [1e-6, 1e-2, 1.0, 20.0])

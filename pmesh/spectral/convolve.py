@@ -16,11 +16,13 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from pmesh.spectral.fft import Transform, aligned, check_backend, plan, share
-from pmesh.spectral.sweeps import scale, to_modes, to_rows, transpose
+from pmesh.spectral.sweeps import crop, pad, scale, to_modes, to_rows, transpose
 from pmesh.spectral.symbols import Box
 
 Field = NDArray[Any]
 _LINES = 32  # lines transformed at once: they fit the cache
+_BLOCK = 32_768  # modes of the planes transformed at once in 3-D
+_SMALL = 150_000  # padded modes below which threads cost more than they give
 
 
 class Multiplier(Protocol):
@@ -55,17 +57,16 @@ class _Worker:
         self.line_hat = aligned((rows, middle, last // 2 + 1), spectral)
         self.to_hat = plan(self.line, self.line_hat, backend=backend)
         self.from_hat = plan(self.line_hat, self.line, inverse=True, backend=backend)
-        lines = owner.mode_block * owner.padded_middle
         self.spectra: list[Field] = []
         self.forward: list[Transform] = []
         for _ in range(sources + 1):
-            spectrum = aligned((lines, p0), spectral)
+            spectrum = aligned((owner.mode_block, owner.padded_middle, p0), spectral)
             self.spectra.append(spectrum)
             self.forward.append(plan(spectrum, spectrum, backend=backend))
         self.result = self.spectra[-1]
         self.backward = plan(self.result, self.result, inverse=True, backend=backend)
         if owner.padded_middle > 1:
-            self.plane = aligned((n0, owner.padded_middle), spectral)
+            self.plane = aligned((owner.mode_block, n0, owner.padded_middle), spectral)
             self.plane_forward = plan(self.plane, self.plane, backend=backend)
             self.plane_backward = plan(self.plane, self.plane, inverse=True, backend=backend)
 
@@ -82,7 +83,6 @@ class Convolver:
     ) -> None:
         self.box = box
         self.dtype: np.dtype[Any] = np.dtype(dtype)
-        self.threads = threads
         self.backend = check_backend(backend)
         shape, padded = box.shape, box.padded
         self.middle = shape[1] if len(shape) == 3 else 1
@@ -90,11 +90,13 @@ class Convolver:
         self.modes = padded[-1] // 2 + 1
         if len(shape) == 3:
             self.row_block = (min(8, shape[0]), min(16, shape[1]))
-            self.mode_block = 1
+            most = max(1, _BLOCK // (padded[0] * padded[1]))
         else:
             self.row_block = (min(_LINES, shape[0]), 1)
-            self.mode_block = math.ceil(self.modes / math.ceil(self.modes / _LINES))
+            most = _LINES
+        self.mode_block = math.ceil(self.modes / math.ceil(self.modes / most))
         self.scale = 1.0 / math.prod(padded)
+        self.threads = 1 if math.prod(padded[:-1]) * self.modes < _SMALL else threads
         self._storage: list[Field] = []
         self._workers: list[_Worker] = []
         self._lock = threading.Lock()
@@ -151,8 +153,7 @@ class Convolver:
             i, j = block // along * rows, block % along * middle
             part = source[i : i + rows, j : j + middle]
             a, b = part.shape[:2]
-            own.line[:a, :b, :last] = part
-            own.line[:a, :b, last:] = 0
+            pad(part, own.line)
             own.to_hat()
             to_modes(own.line_hat[:a, :b], stored[:, j : j + b, i : i + a])
 
@@ -163,7 +164,7 @@ class Convolver:
         n0, last = self.box.shape[0], self.box.shape[-1]
         target = field.reshape(n0, self.middle, last)
         across, along = self._row_blocks()
-        factor = self.dtype.type(self.scale)
+        factor, offset = self.dtype.type(self.scale), self.dtype.type(shift)
 
         def work(worker: int, block: int) -> None:
             own = self._workers[worker]
@@ -172,9 +173,7 @@ class Convolver:
             a, b = part.shape[:2]
             to_rows(stored[:, j : j + b, i : i + a], own.line_hat[:a, :b])
             own.from_hat()
-            np.multiply(own.line[:a, :b, :last], factor, out=part)
-            if shift:
-                part += self.dtype.type(shift)
+            crop(own.line, factor, offset, part)
 
         share(work, across * along, self.threads)
 
@@ -187,20 +186,19 @@ class Convolver:
             own = self._workers[worker]
             low = block * self.mode_block
             high = min(low + self.mode_block, self.modes)
-            lines = (high - low) * self.padded_middle
+            count = high - low
             for s in range(sources):
                 self._load(own, self._storage[s][low:high], own.spectra[s])
                 own.forward[s]()
                 if smoothing is not None:
-                    self._apply(smoothing.block(low, high), Term(s), own.spectra[s][:lines], None)
+                    self._apply(smoothing.block(low, high), Term(s), own.spectra[s][:count], None)
             for o, terms in enumerate(outputs):
                 for number, term in enumerate(terms):
-                    spectrum, result = own.spectra[term.source][:lines], own.result[:lines]
+                    spectrum, result = own.spectra[term.source][:count], own.result[:count]
                     if term.table is None:
                         np.copyto(result, spectrum)
                     else:
-                        table = term.table[low:high] if self.middle == 1 else term.table[low]
-                        self._apply(table, term, spectrum, result, add=number > 0)
+                        self._apply(term.table[low:high], term, spectrum, result, add=number > 0)
                 own.backward()
                 self._store(own, own.result, self._storage[o][low:high])
 
@@ -219,24 +217,28 @@ class Convolver:
         odd = (term.turn & 2, rows, parity[0])
         signs = np.array([-1 if one else 1 for one in odd], dtype=self.dtype)
         target = spectrum if result is None else result
+        if len(self.box.shape) == 2:
+            spectrum, target, table = (
+                spectrum.swapaxes(0, 1),
+                target.swapaxes(0, 1),
+                table[None],
+            )
         scale(spectrum, table, signs, bool(term.turn & 1), add, target)
 
     def _load(self, own: _Worker, stored: Field, spectrum: Field) -> None:
-        n0 = self.box.shape[0]
+        count = len(stored)
         if self.padded_middle == 1:
-            spectrum[: stored.shape[0], :n0] = stored[:, 0]
+            pad(stored, spectrum[:count])
         else:
-            transpose(stored[0], own.plane[:, : self.middle])
-            own.plane[:, self.middle :] = 0
+            transpose(stored, own.plane[:count])
             own.plane_forward()
-            transpose(own.plane, spectrum[:, :n0])
-        spectrum[:, n0:] = 0
+            transpose(own.plane[:count], spectrum[:count])
 
     def _store(self, own: _Worker, spectrum: Field, stored: Field) -> None:
-        n0 = self.box.shape[0]
+        n0, count = self.box.shape[0], len(stored)
         if self.padded_middle == 1:
-            stored[:, 0] = spectrum[: stored.shape[0], :n0]
+            np.copyto(stored, spectrum[:count, :, :n0])
         else:
-            transpose(spectrum[:, :n0], own.plane)
+            transpose(spectrum[:count, :, :n0], own.plane[:count])
             own.plane_backward()
-            transpose(own.plane[:, : self.middle], stored[0])
+            transpose(own.plane[:count, :, : self.middle], stored)

@@ -27,13 +27,13 @@ class Heat:
         decays = [np.exp(-amount * box.wavenumbers(axis) ** 2) for axis in range(len(box.shape))]
         for decay in decays:
             decay[decay < float(np.finfo(dtype).eps) ** 1.5] = 0.0
-        first = decays[0][None, :] if len(decays) == 2 else np.outer(decays[1], decays[0])
+        first = decays[0] if len(decays) == 2 else np.outer(decays[1], decays[0])
         self.first = first.astype(dtype)
         self.last = decays[-1].astype(dtype)
 
     def block(self, low: int, high: int) -> NDArray[Any]:
         """Values for the wavenumbers ``low:high`` of the last axis."""
-        product: NDArray[Any] = self.last[low:high, None] * self.first
+        product: NDArray[Any] = np.multiply.outer(self.last[low:high], self.first)
         return product
 
 
@@ -51,7 +51,7 @@ class Phi1:
 
     def block(self, low: int, high: int) -> NDArray[Any]:
         """Values for the wavenumbers ``low:high`` of the last axis."""
-        return self.values[low:high] if self.values.ndim == 2 else self.values[low]
+        return self.values[low:high]
 
 
 def make_smoothing(box: Box, smoothing: Smoothing, dtype: DTypeLike) -> Multiplier:

@@ -20,32 +20,33 @@ def scale(
 ) -> None:
     """out (+)= [i] * table * spectrum, where the table holds the non-negative wavenumbers only.
 
-    ``signs``: overall sign, and the parity (+1, -1) of the table along rows and along columns.
+    Plane by plane. ``signs``: overall, and parity (+1, -1) of the table along rows and columns.
     """
-    rows, columns = spectrum.shape
-    half_rows, half_columns = table.shape
-    for row in range(rows):
-        near = row if row < half_rows else rows - row
-        sign = signs[0] if row < half_rows else signs[0] * signs[1]
-        mirrored = sign * signs[2]
-        if turned:
-            for c in range(half_columns):
-                t = sign * table[near, c]
-                z = spectrum[row, c]
-                w = complex(-t * z.imag, t * z.real)
-                out[row, c] = out[row, c] + w if add else w
-            for c in range(half_columns, columns):
-                t = mirrored * table[near, columns - c]
-                z = spectrum[row, c]
-                w = complex(-t * z.imag, t * z.real)
-                out[row, c] = out[row, c] + w if add else w
-        else:
-            for c in range(half_columns):
-                w = sign * table[near, c] * spectrum[row, c]
-                out[row, c] = out[row, c] + w if add else w
-            for c in range(half_columns, columns):
-                w = mirrored * table[near, columns - c] * spectrum[row, c]
-                out[row, c] = out[row, c] + w if add else w
+    planes, rows, columns = spectrum.shape
+    half_rows, half_columns = table.shape[1:]
+    for p in range(planes):
+        for row in range(rows):
+            near = row if row < half_rows else rows - row
+            sign = signs[0] if row < half_rows else signs[0] * signs[1]
+            mirrored = sign * signs[2]
+            if turned:
+                for c in range(half_columns):
+                    t = sign * table[p, near, c]
+                    z = spectrum[p, row, c]
+                    w = complex(-t * z.imag, t * z.real)
+                    out[p, row, c] = out[p, row, c] + w if add else w
+                for c in range(half_columns, columns):
+                    t = mirrored * table[p, near, columns - c]
+                    z = spectrum[p, row, c]
+                    w = complex(-t * z.imag, t * z.real)
+                    out[p, row, c] = out[p, row, c] + w if add else w
+            else:
+                for c in range(half_columns):
+                    w = sign * table[p, near, c] * spectrum[p, row, c]
+                    out[p, row, c] = out[p, row, c] + w if add else w
+                for c in range(half_columns, columns):
+                    w = mirrored * table[p, near, columns - c] * spectrum[p, row, c]
+                    out[p, row, c] = out[p, row, c] + w if add else w
 
 
 @njit(cache=True, nogil=True)
@@ -68,13 +69,38 @@ def to_rows(modes: NDArray[Any], rows: NDArray[Any]) -> None:
 
 @njit(cache=True, nogil=True)
 def transpose(source: NDArray[Any], target: NDArray[Any]) -> None:
-    """target[c, r] = source[r, c], in strips that fit the cache."""
-    rows, columns = source.shape
-    for start in range(0, rows, 16):
-        stop = min(start + 16, rows)
+    """target[p, c, r] = source[p, r, c], strip by strip; zero beyond the rows of source."""
+    planes, rows, columns = source.shape
+    for p in range(planes):
+        for start in range(0, rows, 16):
+            stop = min(start + 16, rows)
+            for c in range(columns):
+                for r in range(start, stop):
+                    target[p, c, r] = source[p, r, c]
         for c in range(columns):
-            for r in range(start, stop):
-                target[c, r] = source[r, c]
+            for r in range(rows, target.shape[2]):
+                target[p, c, r] = 0
+
+
+@njit(cache=True, nogil=True)
+def pad(source: NDArray[Any], target: NDArray[Any]) -> None:
+    """Copy the lines of source to the start of those of target, zeros after them."""
+    length = source.shape[2]
+    for i in range(source.shape[0]):
+        for j in range(source.shape[1]):
+            for k in range(length):
+                target[i, j, k] = source[i, j, k]
+            for k in range(length, target.shape[2]):
+                target[i, j, k] = 0
+
+
+@njit(cache=True, nogil=True)
+def crop(source: NDArray[Any], factor: Any, shift: Any, target: NDArray[Any]) -> None:
+    """target = factor * source + shift, for the lines and the part of them that target holds."""
+    for i in range(target.shape[0]):
+        for j in range(target.shape[1]):
+            for k in range(target.shape[2]):
+                target[i, j, k] = factor * source[i, j, k] + shift
 
 
 @njit(cache=True, nogil=True)

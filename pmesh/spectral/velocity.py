@@ -46,6 +46,8 @@ class VelocitySolver:
         self.dtype = np.dtype(dtype)
         if self.dtype not in (np.dtype(np.float32), np.dtype(np.float64)):
             raise InputError(f"dtype must be float32 or float64, got {dtype}", hint="np.float64")
+        if threads is not None and threads < 1:
+            raise InputError(f"threads must be at least 1, got {threads}", hint="threads=2")
         self.box = Box.around(grid)
         self._convolver = Convolver(
             self.box, dtype=self.dtype, threads=threads or available_threads(), backend=backend
