@@ -1,4 +1,4 @@
-"""Moments of a plane vorticity field: what vortices keep, and how round they are."""
+"""Moments of a plane vorticity field: how it is spread, and how round it is."""
 
 from __future__ import annotations
 
@@ -17,31 +17,25 @@ Numbers = dict[str, float]
 
 
 def vortex_moments(vorticity: NDArray[Any], grid: Grid) -> Numbers:
-    """Circulation, moments about the origin, enstrophy and extremes of a vorticity (nx, ny).
+    """Second moments about the origin and extremes of a vorticity (nx, ny).
 
-    ``circulation`` [L^2/T]; ``moment_xx``, ``moment_yy``, ``moment_xy``: integrals of w x^2, w y^2,
-    w xy [L^4/T]; ``angular_moment``: the sum of the first two; ``enstrophy``: integral of w^2;
+    ``moment_xx``, ``moment_yy``, ``moment_xy``: integrals of w x^2, w y^2, w xy [L^4/T];
     ``largest`` and ``smallest`` vorticity [1/T]. Sums over nodes: spectrally accurate for fields
-    that vanish smoothly towards the edges, or are periodic.
+    that vanish smoothly towards the edges. Circulation, impulse and enstrophy are in the ledger.
     """
     x, y = grid.axes()
     strength = np.asarray(vorticity, np.float64) * grid.cell_volume
-    columns, rows = strength.sum(axis=1), strength.sum(axis=0)
-    xx, yy = float(columns @ (x * x)), float(rows @ (y * y))
     return {
-        "circulation": float(columns.sum()),
-        "moment_xx": xx,
-        "moment_yy": yy,
+        "moment_xx": float(strength.sum(axis=1) @ (x * x)),
+        "moment_yy": float(strength.sum(axis=0) @ (y * y)),
         "moment_xy": float(x @ strength @ y),
-        "angular_moment": xx + yy,
-        "enstrophy": float(np.vdot(strength, strength)) / grid.cell_volume,
         "largest": float(np.max(vorticity)),
         "smallest": float(np.min(vorticity)),
     }
 
 
 def watch_moments(moment: Moment) -> Numbers:
-    """Watcher: the moments of the state as columns of the series."""
+    """Watcher: the second moments of the state as columns of the series."""
     return vortex_moments(moment.state.vorticity, moment.state.grid)
 
 

@@ -68,18 +68,16 @@ class TaylorGreenCase(Case):
         return flow, flow.start(vorticity=self.exact.vorticity(grid.points()))
 
     def watchers(self) -> Sequence[Watcher]:
-        """The ledger, energy, enstrophy and the error of the velocity."""
+        """The ledger, the energy and the error of the velocity."""
         return [*super().watchers(), self._watch]
 
     def _watch(self, moment: Moment) -> dict[str, float]:
-        """Energy and enstrophy of the period, drift left out, and the velocity's relative error."""
+        """Energy of the period, drift left out, and the velocity's relative error."""
         grid, time = moment.state.grid, moment.time
         turning = self._turning(moment.state)
         exact = self.exact.velocity(grid.points(), time) - _column(self.drift)
         return {
             "energy": 0.5 * float(np.vdot(turning, turning)) * grid.cell_volume,
-            "vortex_enstrophy": float(np.vdot(moment.state.vorticity, moment.state.vorticity))
-            * grid.cell_volume,
             "velocity_error": relative_error(turning, exact),
         }
 
@@ -93,7 +91,7 @@ class TaylorGreenCase(Case):
     def metrics(self, outcome: Outcome) -> list[Metric]:
         """Decay and errors at the end beside the exact flow."""
         series, exact, time = outcome.series, self.exact, outcome.state.time
-        energy, enstrophy = series["energy"], series["vortex_enstrophy"]
+        energy, enstrophy = series["energy"], series["enstrophy"]
         rate = -0.5 * np.log(energy[-1] / energy[0]) / (time - series["time"][0])
         spin = relative_error(
             outcome.state.vorticity, exact.vorticity(outcome.state.grid.points(), time)
@@ -150,10 +148,10 @@ class TaylorGreenCase(Case):
         fine = np.linspace(0.0, outcome.state.time, 200)
         law = np.array([self.exact.decay(t) ** 2 for t in fine])
         panel.plot(fine, law, color=REFERENCE, label=r"exact: $e^{-4\nu k^2 t}$")
-        for name, mark, colour in (("energy", "o", OURS), ("vortex_enstrophy", "x", OTHERS[0])):
+        for name, mark, colour in (("energy", "o", OURS), ("enstrophy", "x", OTHERS[0])):
             part = series[name] / series[name][0]
             panel.plot(series["time"][::every], part[::every], mark, color=colour, ms=4.5,
-                       label=f"ours: {name.removeprefix('vortex_')}")  # fmt: skip
+                       label=f"ours: {name}")  # fmt: skip
         panel.set(title="decay", xlabel="time $t$", ylim=(0, 1.05))
         panel.legend(loc="lower left")
 
