@@ -18,13 +18,15 @@ SMOOTHINGS = ("heat", "phi1")
 
 
 class Heat:
-    """exp(-amount k^2), the exact flow of d/dt = laplace for ``amount`` [L^2]; a product of axes.
+    """exp(-amount k^2), the flow of d/dt = laplace for ``amount`` [L^2]; a product of axes.
+
+    Exact on periodic axes, of order 8 in the spacing on unbounded ones (see ``Box.spread``).
 
     Factors far below the round-off are zero, so that no denormal numbers slow the loops.
     """
 
     def __init__(self, box: Box, amount: float, dtype: DTypeLike) -> None:
-        decays = [np.exp(-amount * box.wavenumbers(axis) ** 2) for axis in range(len(box.shape))]
+        decays = [np.exp(-amount * box.spread(axis)) for axis in range(len(box.shape))]
         for decay in decays:
             decay[decay < float(np.finfo(dtype).eps) ** 1.5] = 0.0
         first = decays[0] if len(decays) == 2 else np.outer(decays[1], decays[0])
@@ -41,9 +43,7 @@ class Phi1:
     """(1 - exp(-z)) / z with z = amount k^2: the mean of the heat semigroup over the step."""
 
     def __init__(self, box: Box, amount: float, dtype: DTypeLike) -> None:
-        z = sum(
-            box.along(axis, amount * box.wavenumbers(axis) ** 2) for axis in range(len(box.shape))
-        )
+        z = sum(box.along(axis, amount * box.spread(axis)) for axis in range(len(box.shape)))
         z = np.asarray(z).T
         safe = np.where(z > 0, z, 1.0)
         values = np.where(z > 0, -np.expm1(-safe) / safe, 1.0)

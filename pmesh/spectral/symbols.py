@@ -22,6 +22,7 @@ Array = NDArray[Any]
 Derivative = tuple[int, ...]
 
 KERNELS = ("HEJ", "LGF", "HE")
+_EIGHTH = (8 / 5, -1 / 5, 8 / 315, -1 / 560)  # second difference of order 8, right half
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,6 +88,20 @@ class Box:
         """Non-negative wavenumbers of the transform along ``axis`` [1/L]."""
         step = 2 * math.pi / (self.padded[axis] * self.spacing)
         return step * np.arange(self.half[axis])
+
+    def spread(self, axis: int) -> Array:
+        """Symbol of -d^2/dx^2 for diffusion [1/L^2].
+
+        The square of the wavenumber on a periodic axis. On an unbounded one the eighth-order
+        central difference: its symbol is smooth across the shortest wave, so what is diffused
+        keeps to its place, where the square would ring over the whole mesh.
+        """
+        k = self.wavenumbers(axis)
+        if self.periodic[axis]:
+            return np.asarray(k**2)
+        angle = k * self.spacing
+        waves = sum(2 * w * (1 - np.cos(j * angle)) for j, w in enumerate(_EIGHTH, start=1))
+        return np.asarray(waves) / self.spacing**2
 
     def along(self, axis: int, values: Array) -> Array:
         """Values of one axis, shaped to broadcast against the whole table."""

@@ -1,0 +1,93 @@
+"""A mesh that follows the vorticity: it grows before anything reaches an edge, and trims rest."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remesh.grid import Grid
+
+Array = NDArray[np.floating[Any]]
+
+SIGNIFICANT = 1e-6  # vorticity below this part of the largest is nothing to make room for
+STRIDE = 16  # a mesh grows and shrinks by multiples of this many nodes
+
+
+@dataclass(frozen=True)
+class Shift:
+    """Nodes added (negative: removed) before and after each axis."""
+
+    before: tuple[int, ...]
+    after: tuple[int, ...]
+
+    def __bool__(self) -> bool:
+        """Whether anything changes."""
+        return any(self.before) or any(self.after)
+
+    def covering(self, grid: Grid, box: Grid) -> Shift:
+        """The same change, or more, so that the changed mesh holds a box of its lattice."""
+        before, after = list(self.before), list(self.after)
+        for axis, n in enumerate(grid.shape):
+            if not grid.periodic[axis]:
+                first = round((box.origin[axis] - grid.origin[axis]) / grid.spacing)
+                before[axis] = max(before[axis], _strides(-first))
+                after[axis] = max(after[axis], _strides(first + box.shape[axis] - n))
+        return Shift(tuple(before), tuple(after))
+
+    def grid(self, grid: Grid) -> Grid:
+        """The changed mesh, on the same lattice."""
+        shape = tuple(
+            n + a + b for n, a, b in zip(grid.shape, self.before, self.after, strict=True)
+        )
+        origin = tuple(
+            start - a * grid.spacing for start, a in zip(grid.origin, self.before, strict=True)
+        )
+        return Grid(shape, grid.spacing, origin, grid.boundary)
+
+    def field(self, values: Array) -> Array:
+        """The values on the changed mesh, zero on new nodes; component axes in front stay."""
+        front = values.ndim - len(self.before)
+        pads = [(0, 0)] * front
+        cuts: list[slice] = [slice(None)] * front
+        for axis, (a, b) in enumerate(zip(self.before, self.after, strict=True)):
+            pads.append((max(a, 0), max(b, 0)))
+            cuts.append(slice(max(-a, 0), values.shape[front + axis] - max(-b, 0)))
+        return np.ascontiguousarray(np.pad(values[tuple(cuts)], pads))
+
+
+def room(vorticity: Array, grid: Grid, margin: int, *, follow: bool) -> Shift:
+    """How the mesh must change so that vorticity keeps ``margin`` nodes to each unbounded edge.
+
+    Grows by an eighth of the axis at least, so that it seldom happens; with ``follow`` it also
+    lets go of ends that are at rest over more than a quarter of the axis beyond the margin.
+    """
+    size = np.abs(vorticity)
+    floor = SIGNIFICANT * float(size.max())
+    before, after = [0] * grid.ndim, [0] * grid.ndim
+    if floor == 0.0:
+        return Shift(tuple(before), tuple(after))
+    for axis, n in enumerate(grid.shape):
+        if grid.periodic[axis]:
+            continue
+        others = tuple(a for a in range(grid.ndim) if a != axis)
+        live = np.flatnonzero(size.max(axis=others) > floor)
+        before[axis] = _change(int(live[0]), n, margin, follow)
+        after[axis] = _change(n - 1 - int(live[-1]), n, margin, follow)
+    return Shift(tuple(before), tuple(after))
+
+
+def _change(free: int, nodes: int, margin: int, follow: bool) -> int:
+    """Nodes to add at an end with ``free`` nodes at rest; negative to remove."""
+    if free < margin:
+        return _strides(max(margin - free, nodes // 8))
+    spare = free - margin - nodes // 8
+    if follow and spare > nodes // 4:
+        return -(spare // STRIDE) * STRIDE
+    return 0
+
+
+def _strides(nodes: int) -> int:
+    return -(-nodes // STRIDE) * STRIDE

@@ -1,0 +1,304 @@
+"""Incompressible plane flow carried by remeshed vortex particles, past penalised bodies."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmesh.bodies.body import Body
+from pmesh.bodies.penalise import Penalisation
+from pmesh.spectral.velocity import VelocitySolver
+from pmesh.vortex import ledger
+from pmesh.vortex.constraint import Wall
+from pmesh.vortex.domain import SIGNIFICANT, room
+from pmesh.vortex.limits import Limit, tightest
+from pmesh.vortex.recipe import checked_vorticity, validate
+from pmesh.vortex.schemes import SCHEMES, Carried, carry, on_mesh
+from pmesh.vortex.solvers import solver_for
+from pmesh.vortex.state import Load, State
+from remesh.errors import BlowUpError
+from remesh.grid import Grid
+from remesh.kernels import Kernel, get_kernel
+from remesh.nodes import sample_nodes
+from remesh.particles import distortion
+from remesh.stencils import max_gradient_norm
+
+Array = NDArray[np.floating[Any]]
+
+DEFAULT = Penalisation()
+
+
+@dataclass(frozen=True, kw_only=True)
+class VortexFlow:
+    """Incompressible flow in a plane, carried by remeshed vortex particles.
+
+    Each step: half of the viscous spread and of the bodies' force, particles carried by the
+    velocity they induce and remeshed, the other half (Strang). Second order in dt with "RK2" or
+    "RK3"; the spread is exact, so it never limits dt. Bodies are held by implicit penalisation,
+    iterated on its slip residual; the drag converges with first order in the spacing.
+    Conserves circulation and linear impulse (without bodies) to round-off, and counts what
+    crosses an unbounded edge. Refuses a 3-D grid, a negative viscosity, bodies that do not fit.
+    """
+
+    grid: Grid  # the mesh at the start
+    viscosity: float = 0.0  # nu [L^2/T]
+    freestream: tuple[float, ...] = (0.0, 0.0)  # [L/T]
+    bodies: tuple[Body, ...] = ()
+    deformation: float = 0.25  # largest dt * max|grad u|
+    kernel: str | Kernel = "M6'"  # of remeshing and interpolation
+    time_scheme: Literal["RK2", "RK3"] = "RK2"
+    remeshing: Literal["always", "distorted"] = "always"
+    distortion: float = 0.5  # largest strain of the particles' lattice, for "distorted"
+    domain: Literal["grow", "follow", "fixed"] = "grow"  # of the unbounded axes
+    order: int = 8  # of the Gaussian-regularised Poisson solve
+    radius: float = 2.0  # of its regularisation, in spacings
+    penalisation: Penalisation = DEFAULT
+    largest_step: float = math.inf  # upper bound of dt [T]
+    dtype: Literal["float64", "float32"] = "float64"
+    threads: int | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot run."""
+        validate(self)
+
+    def start(self, *, vorticity: Array | Callable[[Array], Array] | None = None) -> State:
+        """The state at time 0: ``vorticity`` on the nodes, or a law of points (2, *shape), or none.
+
+        With bodies the start is impulsive: the slip of the given flow becomes a vortex sheet, and
+        the impulse that this takes (the added mass) is not part of any later force.
+        """
+        values = checked_vorticity(vorticity, self.grid, np.dtype(self.dtype))
+        state = State(
+            time=0.0, step=0, grid=self.grid, vorticity=values, gradient=0.0, speed=0.0,
+            impulse_force=(math.nan, math.nan),
+        )  # fmt: skip
+        if self.bodies:
+            state = self._roomy(state, 0.0)
+            wall, velocity = self._wall(state), self.velocity(state)
+            imposed, created = wall.start(velocity, self._reference(_largest(velocity)))
+            held, loads = wall.report(imposed, np.zeros_like(imposed.impulse))
+            nothing = tuple(Load(force=(math.nan,) * self.grid.ndim) for _ in loads)
+            state = replace(
+                state, vorticity=state.vorticity + created, constraint=held, loads=nothing
+            )
+        return self._measured(state, self.velocity(state))
+
+    def step(self, state: State, dt: float) -> State:
+        """The state one step of dt [T] later."""
+        state = self._roomy(state, dt)
+        particles, velocity, given = self._first_half(state, dt)
+        displacement = carry(
+            particles, velocity, self._inducer(state.grid), state.grid, dt,
+            SCHEMES[self.time_scheme], self.kernel,
+        )  # fmt: skip
+        moved = Carried(particles.strengths, displacement)
+        return self._measured(self._second_half(state, moved, given, dt), velocity)
+
+    def limit(self, state: State) -> Limit:
+        """The largest step [T] that this state allows, and the rule that sets it.
+
+        "deformation": dt * max|grad u| <= ``deformation``, from the last step's velocity; "body":
+        no particle passes more than a tenth of the smallest body; "diffusion": the viscous spread
+        stays below a tenth of it; "largest_step": the user's own bound.
+        """
+        limits = [Limit(_ratio(self.deformation, state.gradient), "deformation")]
+        if self.bodies:
+            size = min(
+                b - a for body in self.bodies for a, b in zip(*body.bounds(state.time), strict=True)
+            )
+            limits.append(Limit(_ratio(0.1 * size, state.speed), "body"))
+            limits.append(Limit(0.01 * size**2 / self.viscosity, "diffusion"))
+        limits.append(Limit(self.largest_step, "largest_step"))
+        return tightest(*limits)
+
+    def velocity(self, state: State) -> Array:
+        """Velocity on the nodes, free stream included, shape (2, *grid.shape) [L/T]."""
+        return self._solver(state.grid).velocity(state.vorticity, freestream=self.freestream)
+
+    def ledger(self, state: State) -> Mapping[str, float]:
+        """Integrals of the vorticity, and what left the mesh."""
+        impulse = ledger.impulse(state.vorticity, state.grid)
+        return {
+            "circulation": ledger.circulation(state.vorticity, state.grid),
+            "impulse_x": impulse[0],
+            "impulse_y": impulse[1],
+            "angular_moment": ledger.angular_moment(state.vorticity, state.grid),
+            "enstrophy": ledger.enstrophy(state.vorticity, state.grid),
+            "lost_circulation": state.lost_circulation,
+            "nodes": float(state.grid.size),
+        }
+
+    def forces(self, state: State) -> Mapping[str, float]:
+        """Forces on the bodies per unit density [L^3/T^2], means over the last step, and the slip.
+
+        ``bodyN_force``: from the penalisation's momentum; ``impulse_force``: on all bodies, from
+        the rate of the vorticity's impulse. NaN at the start.
+        """
+        if state.constraint is None:
+            return {}
+        columns = {}
+        for number, load in enumerate(state.loads):
+            for axis, value in zip("xy", load.force, strict=True):
+                columns[f"body{number}_force_{axis}"] = value
+        for axis, value in zip("xy", state.impulse_force, strict=True):
+            columns[f"impulse_force_{axis}"] = value
+        held = state.constraint
+        columns |= {"slip": held.slip, "slip_max": held.slip_max, "slip_residual": held.residual}
+        return columns | {"slip_iterations": float(held.iterations)}
+
+    def fields(self, state: State) -> Mapping[str, Array]:
+        """Vorticity and velocity on the nodes; with bodies their indicator too."""
+        fields = {"vorticity": state.vorticity, "velocity": self.velocity(state)}
+        if self.bodies:
+            wall = self._wall(state)
+            chi = np.zeros(state.grid.shape, state.vorticity.dtype)
+            window = wall.window(wall.near)
+            chi[window.mesh] = wall.mask().chi[window.box]
+            fields["chi"] = chi
+        return fields
+
+    def _first_half(self, state: State, dt: float) -> tuple[Carried, Array, Array | None]:
+        """Half of the spread and of the last known force: particles, velocity, impulse given."""
+        spread, solver = 0.5 * dt * self.viscosity, self._solver(state.grid)
+        vorticity, given = state.vorticity, None
+        if state.constraint is not None and state.step > 0:
+            given = 0.5 * dt * state.constraint.force
+            vorticity = solver.diffuse(vorticity, spread)
+            vorticity += self._wall(state).created(given, spread)
+            velocity = solver.velocity(vorticity, freestream=self.freestream)
+        elif state.constraint is None and spread > 0:
+            vorticity, velocity = solver.diffuse_and_velocity(
+                vorticity, spread, freestream=self.freestream
+            )
+        else:
+            velocity = solver.velocity(vorticity, freestream=self.freestream)
+        return self._spread(state, vorticity), velocity, given
+
+    def _second_half(self, state: State, moved: Carried, given: Array | None, dt: float) -> State:
+        """The other half of the spread and the force that holds the bodies: the next state."""
+        grid, solver = state.grid, self._solver(state.grid)
+        mesh, dropped = on_mesh(moved, grid, self.kernel)
+        after = replace(
+            state,
+            time=state.time + dt,
+            step=state.step + 1,
+            lost_circulation=state.lost_circulation + float(dropped),
+        )
+        if state.constraint is None:
+            spread = 0.5 * dt * self.viscosity
+            vorticity = solver.diffuse(mesh, spread) if spread > 0 else mesh
+        else:
+            tau = dt if given is None else 0.5 * dt
+            vorticity, velocity = solver.diffuse_and_velocity(
+                mesh, self.viscosity * tau, freestream=self.freestream
+            )
+            wall = self._wall(after)
+            imposed = wall.impose(velocity, tau, self._reference(state.speed), given)
+            vorticity += wall.created(imposed.impulse, self.viscosity * tau)
+            impulse = imposed.impulse if given is None else imposed.impulse + given
+            held, loads = wall.report(imposed, impulse / dt)
+            pushed = self._impulse_force(state, vorticity, dt)
+            after = replace(after, constraint=held, loads=loads, impulse_force=pushed)
+        return self._remeshed(after, moved, mesh, vorticity)
+
+    def _spread(self, state: State, vorticity: Array) -> Carried:
+        """The state's particles after its vorticity on the mesh became ``vorticity``."""
+        if state.strengths is None or state.displacement is None:
+            return Carried(vorticity, None)
+        change = sample_nodes(
+            vorticity - state.vorticity, state.displacement, state.grid, self.kernel
+        )
+        return Carried(state.strengths + change, state.displacement)
+
+    def _remeshed(self, state: State, moved: Carried, mesh: Array, vorticity: Array) -> State:
+        """The state with its particles back on nodes, or where they are if still in good order."""
+        state = replace(state, vorticity=vorticity, strengths=None, displacement=None)
+        if self.remeshing == "always" or moved.displacement is None:
+            return state
+        live = np.abs(moved.strengths) > SIGNIFICANT * np.abs(moved.strengths).max()
+        if distortion(moved.displacement, state.grid, where=live) > self.distortion:
+            return state
+        change = sample_nodes(vorticity - mesh, moved.displacement, state.grid, self.kernel)
+        strengths = moved.strengths + change
+        return replace(state, strengths=strengths, displacement=moved.displacement)
+
+    def _impulse_force(self, before: State, vorticity: Array, dt: float) -> tuple[float, ...]:
+        """Force on all bodies [L^3/T^2] from the change of the vorticity's linear impulse.
+
+        The free stream (U, V) carries a circulation's impulse along at the rate (V, -U) times it.
+        """
+        old = ledger.impulse(before.vorticity, before.grid)
+        new = ledger.impulse(vorticity, before.grid)
+        total = 0.5 * (
+            ledger.circulation(before.vorticity, before.grid)
+            + ledger.circulation(vorticity, before.grid)
+        )
+        drift = (self.freestream[1] * total, -self.freestream[0] * total)
+        return tuple(d - (b - a) / dt for a, b, d in zip(old, new, drift, strict=True))
+
+    def _roomy(self, state: State, dt: float) -> State:
+        """The state on a mesh with room for what the step does."""
+        if self.domain == "fixed":
+            return state
+        reach = state.speed * dt + 6.0 * math.sqrt(2.0 * self.viscosity * dt)
+        margin = math.ceil(reach / state.grid.spacing) + get_kernel(self.kernel).half_width + 2
+        moving = state.displacement is not None
+        shift = room(
+            state.vorticity, state.grid, margin, follow=self.domain == "follow" and not moving
+        )
+        if self.bodies:
+            shift = shift.covering(state.grid, self._wall(state).wide(self.viscosity * dt))
+        if not shift:
+            return state
+        vorticity = shift.field(state.vorticity)
+        grid = shift.grid(state.grid)
+        cut = ledger.circulation(state.vorticity, state.grid) - ledger.circulation(vorticity, grid)
+        return replace(
+            state,
+            grid=grid,
+            vorticity=vorticity,
+            strengths=None if state.strengths is None else shift.field(state.strengths),
+            displacement=None if state.displacement is None else shift.field(state.displacement),
+            lost_circulation=state.lost_circulation + cut,
+        )
+
+    def _measured(self, state: State, velocity: Array) -> State:
+        """The state with the gradient and speed of this velocity."""
+        gradient = max_gradient_norm(velocity, state.grid, threads=self.threads)
+        if not math.isfinite(gradient):
+            raise BlowUpError("the velocity is not finite", hint="a smaller deformation")
+        return replace(state, gradient=gradient, speed=_largest(velocity))
+
+    def _inducer(self, grid: Grid) -> Callable[[Array], Array]:
+        """The law from vorticity on the nodes to velocity."""
+        solver = self._solver(grid)
+        return lambda vorticity: solver.velocity(vorticity, freestream=self.freestream)
+
+    def _wall(self, state: State) -> Wall:
+        return Wall(
+            bodies=self.bodies, grid=state.grid, time=state.time, viscosity=self.viscosity,
+            settings=self.penalisation, order=self.order, radius=self.radius, solver=self._solver,
+        )  # fmt: skip
+
+    def _solver(self, grid: Grid) -> VelocitySolver:
+        return solver_for(
+            grid, order=self.order, radius=self.radius, dtype=self.dtype, threads=self.threads
+        )
+
+    def _reference(self, speed: float) -> float:
+        """The speed that a slip is compared with: the free stream, else the largest there is."""
+        return math.hypot(*self.freestream) or speed or 1.0
+
+
+def _largest(velocity: Array) -> float:
+    """Largest |u| over the nodes."""
+    return math.sqrt(float(np.einsum("i...,i...->...", velocity, velocity).max()))
+
+
+def _ratio(allowed: float, rate: float) -> float:
+    return allowed / rate if rate > 0 else math.inf

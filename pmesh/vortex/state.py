@@ -1,0 +1,50 @@
+"""The state of a vortex flow: exactly what a restart needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remesh.grid import Grid
+
+Array = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Load:
+    """What the fluid did to one body, as a mean over the last step, per unit density."""
+
+    force: tuple[float, ...]  # from the penalisation's momentum [L^(ndim+1)/T^2]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Constraint:
+    """The penalisation after a step: its force density, and how well it holds the bodies."""
+
+    grid: Grid  # of the box around the bodies
+    force: Array  # on the fluid, mean over the last step, (ndim, *grid.shape) [L/T^2]
+    slip: float  # |u - u_s| inside the bodies, root mean square [L/T]
+    slip_max: float  # the same, largest where chi > 1/2 [L/T]
+    residual: float  # of the penalisation law, relative to the reference speed
+    iterations: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class State:
+    """A vortex flow at one instant. A value: a step makes a new one."""
+
+    time: float  # [T]
+    step: int  # steps taken since the start
+    grid: Grid  # the mesh now; it grows with the vorticity
+    vorticity: Array  # on the nodes, grid.shape [1/T]
+    gradient: float  # largest |grad u| seen by the last step [1/T]
+    speed: float  # largest |u| seen by the last step [L/T]
+    strengths: Array | None = None  # of particles that were not remeshed, by home node [1/T]
+    displacement: Array | None = None  # of those particles from home, (ndim, *shape) [L]
+    constraint: Constraint | None = None  # None without bodies
+    loads: tuple[Load, ...] = ()  # one per body
+    impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse
+    lost_circulation: float = 0.0  # that left through unbounded edges since the start [L^2/T]
