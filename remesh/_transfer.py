@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from remesh._nodes import CHUNK, row_of, weigh
+from remesh._rows import CHUNK, row_of, weigh
 
 OUTSIDE = -1
 NOT_A_NUMBER = -2
@@ -69,9 +69,14 @@ def scatter(
     left = width // 2 - 1
     parts, nx, nm, nc = out.shape
     last = positions.shape[1] - 1
-    wa, wb, wc = np.empty((3, width * CHUNK), out.dtype)
-    ka, kb, kc = np.zeros((3, CHUNK), np.int32)
-    local, buffer = np.empty((2, CHUNK), out.dtype)
+    wa = np.empty(width * CHUNK, out.dtype)
+    wb = np.empty(width * CHUNK, out.dtype)
+    wc = np.empty(width * CHUNK, out.dtype)
+    ka = np.zeros(CHUNK, np.int32)
+    kb = np.zeros(CHUNK, np.int32)
+    kc = np.zeros(CHUNK, np.int32)
+    local = np.empty(CHUNK, out.dtype)
+    buffer = np.empty(CHUNK, out.dtype)
     for piece in range(first, pieces, step):
         band = 2 * piece + colour
         for begin in range(starts[band], starts[band + 1], CHUNK):
@@ -125,9 +130,14 @@ def gather(
     parts, nx, nm, nc = field.shape
     last = positions.shape[1] - 1
     total_count = positions.shape[0]
-    wa, wb, wc = np.empty((3, width * CHUNK), field.dtype)
-    ka, kb, kc = np.zeros((3, CHUNK), np.int32)
-    local, buffer = np.empty((2, CHUNK), field.dtype)
+    wa = np.empty(width * CHUNK, field.dtype)
+    wb = np.empty(width * CHUNK, field.dtype)
+    wc = np.empty(width * CHUNK, field.dtype)
+    ka = np.zeros(CHUNK, np.int32)
+    kb = np.zeros(CHUNK, np.int32)
+    kc = np.zeros(CHUNK, np.int32)
+    local = np.empty(CHUNK, field.dtype)
+    buffer = np.empty(CHUNK, field.dtype)
     for piece in range(first, pieces, step):
         for begin in range(piece * size, min((piece + 1) * size, total_count), CHUNK):
             end = min(begin + CHUNK, (piece + 1) * size, total_count)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remesh import _nodes
+from remesh._rows import FAR
 from remesh._threads import share, thread_count
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -146,7 +147,7 @@ class _Plan:
         self.displacement = np.ascontiguousarray(moves, dtype).reshape(layout)
         self.out = self.result.reshape(layout)
         self.threads = thread_count(threads)
-        scale = np.array([1 / grid.spacing, 0.5, _nodes.FAR], dtype)
+        scale = np.array([1 / grid.spacing, 0.5, FAR], dtype)
         coeffs = table(found, dtype)
         taps = (0,) * found.width
         self.width = found.width
@@ -175,7 +176,7 @@ def _bands(plan: _Plan, grid: Grid) -> NDArray[np.int64]:
     low = np.zeros(pieces, np.int32)
     high = np.zeros(pieces, np.int32)
     share(_nodes.reach, pieces, plan.threads, rows, moves, plan.shape[0], low, high)
-    plan.refuse(int(high.max() == _nodes.FAR))
+    plan.refuse(int(high.max() == FAR))
     span = int(high.max()) - int(low.min()) + plan.width
     count = min(grid.shape[0] // span, PIECES)
     count = count - count % 2 if count > 1 else 1

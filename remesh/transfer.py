@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remesh import _transfer
-from remesh._nodes import FAR
+from remesh._rows import FAR
 from remesh._threads import share, thread_count
 from remesh.errors import InputError
 from remesh.grid import Grid
