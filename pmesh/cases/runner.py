@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import logging
 import subprocess
 import tomllib
 from collections.abc import Mapping, Sequence
@@ -30,6 +31,7 @@ from pmesh.run.series import read_series
 from pmesh.run.summary import Cost, Metric, write_summary
 from remesh.errors import InputError
 
+log = logging.getLogger("pmesh.cases")
 MAY_CHANGE = ("until",)  # the options that a resumed run may change
 
 
@@ -130,6 +132,7 @@ def _refuse_changes(name: str, case: Case, folder: Path) -> None:
     if not (folder / CASE).exists():
         return
     other, parameters = read_case(folder / CASE)
+    _warn_of_other_code(folder / CASE)
     if other != name:
         raise InputError(
             f"{folder} holds a run of {other!r}, asked to resume {name!r}",
@@ -143,6 +146,14 @@ def _refuse_changes(name: str, case: Case, folder: Path) -> None:
                 f"a resumed run keeps its parameters, but {key} was {kept} and is now {now}",
                 hint=f"{known.flag} {kept}, or another --out directory",
             )
+
+
+def _warn_of_other_code(path: Path) -> None:
+    """Say so if the run was begun by other sources: then it does not go on bit for bit."""
+    begun = tomllib.loads(path.read_text(encoding="utf-8"))
+    before, now = (begun.get("version"), begun.get("commit")), (version(), commit())
+    if before != now:
+        log.warning("%s was written by pmesh %s %s, this is %s %s", path, *before, *now)
 
 
 def version() -> str:
