@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -109,22 +109,22 @@ class Convolver:
         *,
         smoothing: Multiplier | None = None,
         shifts: Sequence[float] | None = None,
-    ) -> list[float]:
-        """Write every output into ``out`` (plus its shift) and return the means of the sources.
+        check: Callable[[list[float]], None] | None = None,
+    ) -> None:
+        """Write every output into ``out`` (plus its shift); ``out`` may be the sources.
 
-        ``smoothing`` multiplies every source first. ``out`` may be the sources. A mean that is not
-        finite tells that the source is not; the outputs are then not written.
+        ``smoothing`` multiplies every source first. ``check`` sees the means of the sources, which
+        are not finite where a source is not, and may raise before anything is written.
         """
         with self._lock:
             self._provide(len(sources), max(len(sources), len(outputs)))
             for s, field in enumerate(sources):
                 self._rows_in(field, self._storage[s])
-            means = [self._mean(stored) for stored in self._storage[: len(sources)]]
-            if all(math.isfinite(mean) for mean in means):
-                self._modes(len(sources), outputs, smoothing)
-                for o, field in enumerate(out):
-                    self._rows_out(self._storage[o], field, shifts[o] if shifts else 0.0)
-            return means
+            if check is not None:
+                check([self._mean(stored) for stored in self._storage[: len(sources)]])
+            self._modes(len(sources), outputs, smoothing)
+            for o, field in enumerate(out):
+                self._rows_out(self._storage[o], field, shifts[o] if shifts else 0.0)
 
     def _mean(self, stored: Field) -> float:
         total = float(np.sum(stored[0].real, dtype=np.float64))

@@ -62,12 +62,14 @@ def _plane(shape: tuple[int, ...]) -> Array:
     G: Array = -np.log(r2) / (4 * np.pi) + quartic + octic
     near = [min(size, _NEAR + 1) for size in shape]
     top = max(near)
-    nodes, weights = np.polynomial.legendre.leggauss(256)
-    k = (nodes + 1) * np.pi / 2
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    panels = np.pi / 24 * np.arange(24)[:, None]
+    k = (panels + np.pi / 48 * (nodes + 1)).ravel()
+    weights = np.tile(np.pi / 48 * weights, 24)
     s = 2 * np.arcsinh(np.sin(k / 2))
     decay = np.exp(-np.arange(top)[:, None] * s)
     wave = np.cos(np.arange(top)[:, None] * k)
-    measure = weights / (4 * np.sinh(s))
+    measure = weights / (2 * np.pi * np.sinh(s))
     potential = measure.sum() - (decay * measure) @ wave.T
     potential = np.where(np.tri(top, dtype=bool), potential, potential.T)
     potential[0, 0] = 0.0

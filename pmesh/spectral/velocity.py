@@ -252,8 +252,15 @@ class VelocitySolver:
         shifts = check_freestream(freestream, self.grid.ndim)
         shifts += [0.0] * (len(outputs) - len(shifts))
         multiplier = None if smoothing is None else self._smoothing(smoothing)
-        means = self._convolver.run(sources, outputs, out, smoothing=multiplier, shifts=shifts)
-        check_mean(means, sources, periodic=solves and all(self.grid.periodic))
+        periodic = solves and all(self.grid.periodic)
+        self._convolver.run(
+            sources,
+            outputs,
+            out,
+            smoothing=multiplier,
+            shifts=shifts,
+            check=lambda means: check_mean(means, sources, periodic=periodic),
+        )
 
     def _smoothing(self, smoothing: Smoothing) -> Multiplier:
         """The last few smoothings are kept: a step asks for the same one again and again."""
