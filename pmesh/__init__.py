@@ -1,1 +1,80 @@
-"""pmesh"""
+"""Flows, interfaces and bodies computed with particles that are remeshed onto a grid."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pmesh.bodies.body import Fixed as Fixed
+    from pmesh.bodies.body import RigidBody as RigidBody
+    from pmesh.bodies.penalise import Penalisation as Penalisation
+    from pmesh.run.loop import run as run
+    from pmesh.run.progress import Progress as Progress
+    from pmesh.run.snapshots import Snapshots as Snapshots
+    from pmesh.run.watchers import Forces as Forces
+    from pmesh.run.watchers import Ledger as Ledger
+    from pmesh.spectral.poisson import poisson as poisson
+    from pmesh.spectral.poisson import velocity as velocity
+    from pmesh.vortex.flow import VortexFlow as VortexFlow
+    from pmesh.vortex.limits import Limit as Limit
+    from pmesh.vortex.state import State as State
+    from remesh.errors import BlowUpError as BlowUpError
+    from remesh.errors import InputError as InputError
+    from remesh.errors import PmeshError as PmeshError
+    from remesh.errors import StorageError as StorageError
+else:
+    from pmesh import run  # a package that can be called
+
+__all__ = [
+    "BlowUpError",
+    "Fixed",
+    "Forces",
+    "InputError",
+    "Ledger",
+    "Limit",
+    "Penalisation",
+    "PmeshError",
+    "Progress",
+    "RigidBody",
+    "Snapshots",
+    "State",
+    "StorageError",
+    "VortexFlow",
+    "poisson",
+    "run",
+    "velocity",
+]
+
+_HOME = {
+    "Fixed": "pmesh.bodies.body",
+    "RigidBody": "pmesh.bodies.body",
+    "Penalisation": "pmesh.bodies.penalise",
+    "Progress": "pmesh.run.progress",
+    "Snapshots": "pmesh.run.snapshots",
+    "Forces": "pmesh.run.watchers",
+    "Ledger": "pmesh.run.watchers",
+    "poisson": "pmesh.spectral.poisson",
+    "velocity": "pmesh.spectral.poisson",
+    "VortexFlow": "pmesh.vortex.flow",
+    "Limit": "pmesh.vortex.limits",
+    "State": "pmesh.vortex.state",
+    "BlowUpError": "remesh.errors",
+    "InputError": "remesh.errors",
+    "PmeshError": "remesh.errors",
+    "StorageError": "remesh.errors",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module when it is first asked for."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)

@@ -1,1 +1,85 @@
-"""remesh"""
+"""How values live on particles and meshes, and move between the two."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from remesh.errors import BlowUpError as BlowUpError
+    from remesh.errors import InputError as InputError
+    from remesh.errors import PmeshError as PmeshError
+    from remesh.errors import StorageError as StorageError
+    from remesh.grid import Grid as Grid
+    from remesh.kernels import KERNELS as KERNELS
+    from remesh.kernels import Kernel as Kernel
+    from remesh.mollify import mollify as mollify
+    from remesh.nodes import advect_nodes as advect_nodes
+    from remesh.nodes import sample_nodes as sample_nodes
+    from remesh.particles import Particles as Particles
+    from remesh.particles import distortion as distortion
+    from remesh.stencils import curl as curl
+    from remesh.stencils import divergence as divergence
+    from remesh.stencils import gradient as gradient
+    from remesh.stencils import laplacian as laplacian
+    from remesh.transfer import m2p as m2p
+    from remesh.transfer import p2m as p2m
+    from remesh.transfer import remesh as remesh
+
+__all__ = [
+    "KERNELS",
+    "BlowUpError",
+    "Grid",
+    "InputError",
+    "Kernel",
+    "Particles",
+    "PmeshError",
+    "StorageError",
+    "advect_nodes",
+    "curl",
+    "distortion",
+    "divergence",
+    "gradient",
+    "laplacian",
+    "m2p",
+    "mollify",
+    "p2m",
+    "remesh",
+    "sample_nodes",
+]
+
+_HOME = {
+    "BlowUpError": "remesh.errors",
+    "InputError": "remesh.errors",
+    "PmeshError": "remesh.errors",
+    "StorageError": "remesh.errors",
+    "Grid": "remesh.grid",
+    "KERNELS": "remesh.kernels",
+    "Kernel": "remesh.kernels",
+    "mollify": "remesh.mollify",
+    "advect_nodes": "remesh.nodes",
+    "sample_nodes": "remesh.nodes",
+    "Particles": "remesh.particles",
+    "distortion": "remesh.particles",
+    "curl": "remesh.stencils",
+    "divergence": "remesh.stencils",
+    "gradient": "remesh.stencils",
+    "laplacian": "remesh.stencils",
+    "m2p": "remesh.transfer",
+    "p2m": "remesh.transfer",
+    "remesh": "remesh.transfer",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Import a public name from its module when it is first asked for."""
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(importlib.import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)

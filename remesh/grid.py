@@ -100,7 +100,7 @@ class Grid:
     def axes(self) -> tuple[NDArray[np.float64], ...]:
         """Node coordinates along each axis [L]."""
         return tuple(
-            start + self.spacing * np.arange(n)
+            start + self.spacing * np.arange(n, dtype=np.float64)
             for start, n in zip(self.origin, self.shape, strict=True)
         )
 

@@ -46,7 +46,8 @@ def start_offset(width: float, rate: float, order: int, radius: float) -> float:
     ``rate`` = lambda tau of the start. The momentum taken from a uniform stream along a wall, less
     what stays inside as slip, says where the sheet is.
     """
-    return float(np.mean([_sheet(float(shift), width, rate, order, radius) for shift in _SHIFTS]))
+    places = [_sheet(float(shift), width, rate, order, radius) for shift in _SHIFTS]
+    return float(np.mean(places))
 
 
 _SHIFTS = tuple(np.arange(4) / 4)
@@ -74,7 +75,8 @@ def _sheet(shift: float, width: float, rate: float, order: int, radius: float) -
 
 def _line(shift: float, width: float, order: int, radius: float) -> tuple[Values, ...]:
     """Wavenumbers, regularisation, indicator and curl ratio of a channel on a periodic line."""
-    nodes, k = np.arange(_NODES), 2 * np.pi * np.fft.fftfreq(_NODES)
+    nodes = np.arange(_NODES, dtype=np.float64)
+    k = np.asarray(2 * np.pi * np.fft.fftfreq(_NODES), np.float64)
     low, high = _SOLID + shift, _NODES - _SOLID + shift
     chi = np.asarray(indicator(np.minimum(nodes - low, high - nodes), width), np.float64)
     return k, _matrix(_regularisation(k, order, radius)), chi, _matrix(_curl_ratio(k))
