@@ -27,6 +27,12 @@ def whole(box, table, parity):
     return full
 
 
+def whole_axis(box, axis, values):
+    """An even symbol of one axis for all its wavenumbers, shaped to broadcast."""
+    mirrored = values[(box.padded[axis] - 1) // 2 : 0 : -1]
+    return box.along(axis, np.concatenate([values, mirrored]))
+
+
 def plain(box, fields, terms, smoothing):
     axes = range(len(box.shape))
     hats = [np.fft.fftn(field, box.padded, axes=axes) * smoothing for field in fields]
@@ -52,35 +58,35 @@ def test_pruned_blocks_equal_the_plain_padded_transform(shape, periodic, dtype, 
         [Term(1, tables[1], odd, 3)],
     ]
     smoothing = make_smoothing(box, ("heat", 1e-3), dtype)
-    symbol = np.exp(
-        -1e-3
-        * np.asarray(
-            sum(
-                box.along(axis, (2 * np.pi * np.fft.fftfreq(p, box.spacing)) ** 2)
-                for axis, p in enumerate(box.padded)
-            )
-        )
-    )
+    spreads = [whole_axis(box, axis, box.spread(axis)) for axis in range(len(shape))]
+    symbol = np.exp(-1e-3 * np.asarray(sum(spreads)))
     for threads in (1, 2):
         convolver = Convolver(box, dtype=dtype, threads=threads)
         convolver.threads = threads  # small boxes would use one
         out = [np.empty(shape, dtype) for _ in outputs]
-        means = convolver.run(fields, outputs, out, smoothing=smoothing, shifts=[0.0, 0.5, 0.0])
-        assert np.allclose(means, [field.mean() for field in fields], atol=tolerance)
+        seen = []
+        convolver.run(
+            fields, outputs, out, smoothing=smoothing, shifts=[0.0, 0.5, 0.0], check=seen.extend
+        )
+        assert np.allclose(seen, [field.mean() for field in fields], atol=tolerance)
         for result, terms, shift in zip(out, outputs, (0.0, 0.5, 0.0), strict=True):
             exact = plain(box, fields, terms, symbol) + shift
             assert np.abs(result - exact).max() <= tolerance * np.abs(exact).max()
 
 
-def test_sources_that_are_not_finite_leave_the_outputs_alone():
+def test_a_source_that_is_not_finite_shows_in_its_mean_before_anything_is_written():
+    def refuse(means):
+        if not np.isfinite(means).all():
+            raise ArithmeticError("not finite")
+
     box = Box((8, 8), 0.1, (False, False))
     convolver = Convolver(box, dtype="f8", threads=1)
     for bad in (np.nan, np.inf):
         field = np.zeros((8, 8))
         field[3, 4] = bad
         out = np.full((8, 8), 7.0)
-        (mean,) = convolver.run([field], [[Term(0)]], [out])
-        assert not np.isfinite(mean)
+        with pytest.raises(ArithmeticError):
+            convolver.run([field], [[Term(0)]], [out], check=refuse)
         assert np.all(out == 7.0)
 
 

@@ -18,7 +18,7 @@ def squared(box):
 def test_blocks_hold_the_exact_symbols(dtype, tolerance, shape):
     box = Box(shape, 0.2, (True, False, False)[: len(shape)])
     z = 0.03 * squared(box)
-    symbols = {"heat": np.exp(-z), "phi1": (1 - np.exp(-z)) / np.where(z > 0, z, 1)}
+    symbols = {"heat": np.exp(-z), "phi1": -np.expm1(-z) / np.where(z > 0, z, 1)}
     symbols["phi1"].flat[0] = 1.0
     for kind, exact in symbols.items():
         smoothing = make_smoothing(box, (kind, 0.03), dtype)
