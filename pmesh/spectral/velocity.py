@@ -115,8 +115,9 @@ class VelocitySolver:
     ) -> Field:
         """Vorticity after ``amount`` [L^2] of heat flow, or its mean over that time ("phi1").
 
-        Exact for what stays inside the box: an unbounded axis is seen with zeros beyond it, and
-        what spreads beyond is cut. Conserves the sum and the first moments of what stays inside.
+        Exact in time; in space exact on periodic axes, of order 8 on unbounded ones. Beyond an
+        unbounded axis the field is zero, and what spreads there is cut. Conserves the sum and the
+        first moments of what stays inside. No step limit.
         """
         sources = self._sources(vorticity)
         out = output(out, np.shape(vorticity), self.dtype)
@@ -125,7 +126,7 @@ class VelocitySolver:
         return out
 
     def diffuse(self, vorticity: Field, amount: float, *, out: Field | None = None) -> Field:
-        """Exact heat flow exp(amount * laplace), amount = viscosity * dt [L^2]; no step limit."""
+        """Heat flow exp(amount * laplace), amount = viscosity * dt [L^2]; see ``smoothed``."""
         return self.smoothed(vorticity, amount, "heat", out=out)
 
     def diffuse_and_velocity(
