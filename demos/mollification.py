@@ -83,7 +83,8 @@ def main() -> None:
             raise SystemExit(f"the slope {slope:.2f} is not the cutoff's order {order}")
     # Poisson summation: the lattice's first harmonic, 4 exp(-(pi eps / h)^2) for order 2
     ratio = np.geomspace(0.4, 2.2, 60)
-    axis.loglog(ratio, 4 * np.exp(-((np.pi * ratio) ** 2)), "k--", lw=1, label=r"lattice alone, $4\,e^{-(\pi\varepsilon/h)^2}$")
+    alone = r"lattice alone, $4\,e^{-(\pi\varepsilon/h)^2}$"
+    axis.loglog(ratio, 4 * np.exp(-((np.pi * ratio) ** 2)), "k--", lw=1, label=alone)
     axis.set(xlabel=r"radius / spacing,  $\varepsilon / h$", ylabel="largest error")
     axis.set(ylim=(1e-9, 30), xlim=(radii[0] / SPACING, radii[-1] / SPACING))
     axis.set_title("Smooth particles must overlap", loc="left", weight="bold")
