@@ -22,6 +22,8 @@ from toy import Decay, ToyCase
 
 from levelset.polygon import Polygon
 from levelset.shapes import Box, Disk, Sphere
+from pmesh.bodies.body import RigidBody
+from pmesh.bodies.penalise import Penalisation
 from pmesh.cases.registry import find
 from pmesh.cases.runner import run_case
 from pmesh.run import checkpoint, files
@@ -31,6 +33,7 @@ from pmesh.run.snapshots import Snapshots, read_snapshots
 from pmesh.run.summary import Metric
 from pmesh.run.watchers import Forces, Ledger
 from pmesh.spectral.poisson import poisson, velocity
+from pmesh.vortex.flow import VortexFlow
 from remesh.errors import BlowUpError, InputError, PmeshError, StorageError
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
@@ -146,6 +149,42 @@ at_once("a net source in a periodic box", "zero mean", lambda: poisson(np.ones((
 at_once("an unknown Green's function", "unknown Green's", lambda: poisson(ONES, GRID, kernel="FFT"))
 at_once("a Green's function of order 3", "has order", lambda: poisson(ONES, GRID, order=3))
 at_once("a free stream of three", "freestream must hold 2", lambda: velocity(ONES, GRID, (1, 0, 0)))
+
+# Flows
+BODY = RigidBody(Disk(radius=0.3, center=(0.5, 0.5)))
+FAR = RigidBody(Disk(radius=0.3, center=(5.0, 0.5)))
+FINE = Grid((40, 40), 1 / 32)
+
+
+def vortices(**options: Any) -> VortexFlow:
+    return VortexFlow(**{"grid": FINE, "viscosity": 0.01, **options})
+
+
+at_once("negative viscosity", "viscosity must be .*, got -1", lambda: vortices(viscosity=-1.0))
+at_once("viscosity is nan", "viscosity must be .*, got nan", lambda: vortices(viscosity=NAN))
+at_once("a flow in space", "2-D grid", lambda: vortices(grid=Grid((8, 8, 8), 0.1)))
+at_once("no deformation at all", "deformation must be pos", lambda: vortices(deformation=0.0))
+at_once("a scheme of order 9", "time_scheme must be", lambda: vortices(time_scheme="RK9"))
+at_once("a domain that shrinks", "domain must be one of", lambda: vortices(domain="shrink"))
+at_once("a wind in space", "freestream must hold 2", lambda: vortices(freestream=(1, 0, 0)))
+at_once("half precision", "dtype must be one of", lambda: vortices(dtype="float16"))
+at_once("a body outside the domain", "outside the domain", lambda: vortices(bodies=[FAR]))
+at_once("a body without viscosity", "0 here", lambda: vortices(viscosity=0, bodies=[BODY]))
+at_once("a body thinner than the mesh sees", "thinner", lambda: vortices(grid=GRID, bodies=[BODY]))
+at_once("a sphere in a plane", "3 dimensions", lambda: vortices(bodies=[RigidBody(Sphere(0.3))]))
+at_once("a shape for a body", "not a body", lambda: vortices(bodies=[Disk(radius=0.3)]))
+at_once("a body without shape", "needs a shape", lambda: RigidBody("disk"))  # type: ignore[arg-type]
+at_once("a penalisation of no strength", "must be positive", lambda: Penalisation(strength=0.0))
+at_once(
+    "a start with nan",
+    "vorticity must be finite, 1600 values are not",
+    lambda: vortices().start(vorticity=np.full(FINE.shape, NAN)),
+)
+at_once(
+    "a start of another shape",
+    r"vorticity must have the grid's shape \(40, 40\), got \(8, 9\)",
+    lambda: vortices().start(vorticity=ONES),
+)
 
 # Runs
 at_once("an end that is nan", "until must be a finite time", lambda: run(FLOW, START, until=NAN))
