@@ -28,6 +28,7 @@ from remesh.grid import Grid
 from remesh.stencils import curl
 
 Array = NDArray[np.floating[Any]]
+NODE = 1e-6  # a box ends on a node when it comes this close, in spacings: the same box on any mesh
 MARGIN = 4  # nodes of a box beyond the indicator: the curl's stencil and one more
 
 
@@ -102,8 +103,8 @@ def box_around(bodies: tuple[Body, ...], grid: Grid, time: float, reach: float) 
             continue
         low = min(lower[axis] for lower, _ in corners) - reach - grid.origin[axis]
         high = max(upper[axis] for _, upper in corners) + reach - grid.origin[axis]
-        first = int(np.floor(low / grid.spacing)) - MARGIN
-        last = int(np.ceil(high / grid.spacing)) + MARGIN
+        first = int(np.floor(low / grid.spacing + NODE)) - MARGIN
+        last = int(np.ceil(high / grid.spacing - NODE)) + MARGIN
         shape.append(last - first + 1)
         origin.append(grid.origin[axis] + first * grid.spacing)
     return Grid(shape, grid.spacing, origin, grid.boundary)
