@@ -5,6 +5,8 @@ import json
 import logging
 import math
 from pathlib import Path
+from time import sleep
+from typing import Any
 
 import pytest
 from toy import Decay
@@ -99,6 +101,24 @@ def test_progress_off_a_terminal_is_one_log_line_now_and_then(
     with caplog.at_level(logging.INFO, "pmesh"):
         run(flow, flow.start(), until=0.2, watch=[Progress(stream=io.StringIO(), seconds=0.0)])
     assert any("(deformation)  0 s left" in line for line in caplog.messages)
+
+
+def test_a_first_step_that_compiles_does_not_count_as_the_pace_of_a_run(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    class Slow(Decay):
+        def step(self, state: Any, dt: float) -> Any:
+            if state.step == 0:
+                sleep(0.3)
+            return super().step(state, dt)
+
+    flow = Slow(grid=Grid((8, 8), 0.1))
+    watch = [Progress(stream=io.StringIO(), seconds=0.0)]
+    with caplog.at_level(logging.INFO, "pmesh"):
+        run(flow, flow.start(), until=10.0, watch=watch)
+    lines = [line for line in caplog.messages if line.startswith("step ")]
+    assert "left" not in lines[1], "step 1 tells nothing"
+    assert lines[2].endswith("  0 s left") or lines[2].endswith("  1 s left")
 
 
 def test_progress_on_a_terminal_is_a_live_line() -> None:

@@ -33,8 +33,10 @@ class Progress:
     def open(self, moment: Moment) -> None:
         """Start the line, or say in the log where the run starts."""
         stream = self.stream or sys.stderr
-        self._from, self._began = moment.time, perf_counter()
+        self._start = self._from = moment.time
+        self._began = perf_counter()
         self._spoke = self._began
+        self._first = moment.step + 1
         self._last = None
         if stream.isatty():
             self._bar = _bar(stream)
@@ -47,8 +49,10 @@ class Progress:
         """Show this moment."""
         self._last = moment
         now = perf_counter()
+        if moment.step == self._first:  # it may compile: no measure of what is left
+            self._from, self._began = moment.time, now
         if self._bar is not None and self._task is not None:
-            done = _part(moment, self._from)
+            done = _part(moment, self._start)
             self._bar.update(self._task, completed=done, line=line(moment, self._left(moment)))
         elif now - self._spoke >= self.seconds:
             self._spoke = now
@@ -63,7 +67,7 @@ class Progress:
             log.info("%s; %.1f s of work", line(self._last, None), self._last.seconds)
 
     def _left(self, moment: Moment) -> float | None:
-        """Seconds left, if the rest goes as fast as this part of the run did."""
+        """Seconds left, if the rest goes as fast as the part after the first step did."""
         done = _part(moment, self._from)
         return (perf_counter() - self._began) * (1 - done) / done if done > 0 else None
 
