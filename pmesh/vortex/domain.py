@@ -67,7 +67,7 @@ def room(vorticity: Array, grid: Grid, margin: int, *, follow: bool) -> Shift:
     size = np.abs(vorticity)
     floor = SIGNIFICANT * float(size.max())
     before, after = [0] * grid.ndim, [0] * grid.ndim
-    if floor == 0.0:
+    if not 0.0 < floor < np.inf:  # nothing there, or nothing that is a number
         return Shift(tuple(before), tuple(after))
     for axis, n in enumerate(grid.shape):
         if grid.periodic[axis]:

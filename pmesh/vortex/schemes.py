@@ -46,11 +46,13 @@ class Carried(NamedTuple):
     displacement: Array | None
 
 
-def on_mesh(particles: Carried, grid: Grid, kernel: str | Kernel) -> Advected:
+def on_mesh(
+    particles: Carried, grid: Grid, kernel: str | Kernel, threads: int | None = None
+) -> Advected:
     """The particles remeshed onto their grid, and the strength that left it."""
     if particles.displacement is None:
         return Advected(particles.strengths, np.zeros(()))
-    return advect_nodes(particles.strengths, particles.displacement, grid, kernel)
+    return advect_nodes(particles.strengths, particles.displacement, grid, kernel, threads=threads)
 
 
 def carry(
@@ -61,6 +63,7 @@ def carry(
     dt: float,
     scheme: Scheme,
     kernel: str | Kernel,
+    threads: int | None = None,
 ) -> Array:
     """Displacement [L] of the particles after dt in the velocity that they induce.
 
@@ -69,11 +72,13 @@ def carry(
     in dt; order ``kernel.moments`` and better in the spacing when dt follows it.
     """
     base = particles.displacement
-    slopes = [velocity if base is None else sample_nodes(velocity, base, grid, kernel)]
+    slopes = [velocity]
+    if base is not None:
+        slopes = [sample_nodes(velocity, base, grid, kernel, threads=threads)]
     for row in scheme.rows:
         moved = _moved(base, slopes, row, dt)
-        stage = velocity_of(advect_nodes(particles.strengths, moved, grid, kernel).field)
-        slopes.append(sample_nodes(stage, moved, grid, kernel))
+        stage = on_mesh(Carried(particles.strengths, moved), grid, kernel, threads)
+        slopes.append(sample_nodes(velocity_of(stage.field), moved, grid, kernel, threads=threads))
     return _moved(base, slopes, scheme.weights, dt)
 
 
