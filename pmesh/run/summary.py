@@ -132,7 +132,7 @@ def show(case: str, metrics: Sequence[Metric], cost: Cost, stream: IO[str] | Non
     table = Table(title=case, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)
     names = ["metric", *NUMBERS, "result", "grade", "source"]
     if console.width < 100:
-        names.pop()  # summary.json has the sources; here the numbers come first
+        names = names[:-2]  # summary.json has grades and sources; here the numbers come first
     for name in names:
         side: JustifyMethod = "right" if name in NUMBERS else "left"
         table.add_column(name, justify=side, no_wrap=name not in ("metric", "source"))
