@@ -203,15 +203,23 @@ def test_a_damaged_checkpoint_exits_with_4(
 def test_ctrl_c_leaves_a_checkpoint_to_go_on_from(tmp_path: Path, ending: signal.Signals) -> None:
     out = tmp_path / "r"
     words = ["run", TOY, "--quick", "--pause", "0.2", "--until", "50", "--out", str(out)]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "pmesh", *words], stderr=subprocess.PIPE, text=True
+    # a shell that starts jobs in the background hands an ignored SIGINT down: take it up again
+    code = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler); "
+        "from pmesh.cli import main; main()"
     )
-    series = out / "series.csv"
-    while not series.exists() or series.read_text().count("\n") < 4:
-        time.sleep(0.05)
-        assert process.poll() is None
-    os.kill(process.pid, ending)
-    _, err = process.communicate(timeout=30)
+    with subprocess.Popen(
+        [sys.executable, "-c", code, *words], stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            series = out / "series.csv"
+            while not series.exists() or series.read_text().count("\n") < 4:
+                time.sleep(0.05)
+                assert process.poll() is None
+            os.kill(process.pid, ending)
+            _, err = process.communicate(timeout=30)
+        finally:
+            process.kill()
     assert process.returncode == 130
     assert "stopped after step" in err
     assert "--resume" in err
