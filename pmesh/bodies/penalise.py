@@ -128,6 +128,10 @@ def penalise(
     impulse density to begin from. The sum of the impulse is the momentum given to the fluid. Stops
     when the residual is within ``settings.tolerance * speed``; raises BlowUpError if it never is.
     """
+    mask = mask._replace(
+        root=mask.root.astype(velocity.dtype, copy=False),
+        velocity=mask.velocity.astype(velocity.dtype, copy=False),
+    )
     root = mask.root
     weight = max(float(mask.chi.sum(dtype=np.float64)), 1.0)
     g = np.zeros_like(velocity) if guess is None else _divided(guess, root)

@@ -22,7 +22,7 @@ def indicator(distance: Array, width: float) -> Array:
     """Smooth indicator of ``distance < 0``: 1 inside, 0 outside, sine ramp over +-``width`` [L]."""
     scaled = np.clip(distance / width, -1.0, 1.0)
     ramp = 0.5 * (1.0 - scaled - np.sin(np.pi * scaled) / np.pi)
-    return np.asarray(np.maximum(ramp, 0.0), distance.dtype)
+    return np.asarray(np.where(scaled < 1.0, np.maximum(ramp, 0.0), 0.0), distance.dtype)
 
 
 @lru_cache(maxsize=32)

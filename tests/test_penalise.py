@@ -1,0 +1,169 @@
+"""Implicit penalisation: a symmetric system whose residual is what it says."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from levelset.shapes import Box, Disk
+from pmesh.bodies.body import RigidBody
+from pmesh.bodies.penalise import (
+    Mask,
+    Penalisation,
+    _induced,
+    box_around,
+    mask_of,
+    penalise,
+)
+from pmesh.spectral.velocity import VelocitySolver
+from remesh.errors import BlowUpError, InputError
+from remesh.grid import Grid
+from remesh.stencils import curl
+
+H = 1 / 8
+GRID = Grid((64, 64), H, (-4.0, -4.0))
+DISK = RigidBody(Disk(radius=1.0, center=(0.03, -0.05)))
+NEAR = box_around((DISK,), GRID, 0.0, 1.5 * H)
+SPREAD = 0.5 * H**2
+RATE = 500.0
+
+
+def mask(*bodies: RigidBody, grid: Grid = NEAR) -> Mask:
+    return mask_of(bodies or (DISK,), grid, 0.0, 1.5 * H, 0.0)
+
+
+def stream(grid: Grid) -> np.ndarray:
+    """A free stream with some shear [L/T]."""
+    x, y = grid.points()
+    return np.stack([1.0 + 0.3 * y, 0.2 * x])
+
+
+def held(**options: object) -> tuple[np.ndarray, object]:
+    given = stream(NEAR)
+    settings = Penalisation(**{"tolerance": 1e-8, **options})  # type: ignore[arg-type]
+    return given, penalise(
+        given, mask(), VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0, settings=settings
+    )
+
+
+@pytest.mark.parametrize("spread", [0.0, SPREAD, 20 * SPREAD])
+def test_the_operator_is_symmetric_and_positive(spread):
+    rng = np.random.default_rng(7)
+    solver, disk = VelocitySolver(NEAR), mask()
+    a, b = rng.standard_normal((2, 2, *NEAR.shape))
+    image_a, image_b = (disk.root * _induced(g, disk, solver, spread) for g in (a, b))
+    scale = np.linalg.norm(a) * np.linalg.norm(image_b)
+    assert abs((a * image_b).sum() - (b * image_a).sum()) < 1e-3 * scale
+    assert (a * image_a).sum() > 0
+    assert (b * image_b).sum() > 0
+
+
+def test_the_residual_is_that_of_the_law_on_a_mesh_four_times_as_large():
+    """f = lambda chi (u_s - u) with the velocity u that f itself leaves, computed anew."""
+    given, done = held()
+    big = Grid((128, 128), H, (NEAR.origin[0] - 40 * H, NEAR.origin[1] - 40 * H))
+    inner = (slice(None), slice(40, 40 + NEAR.shape[0]), slice(40, 40 + NEAR.shape[1]))
+    impulse = np.zeros((2, *big.shape))
+    impulse[inner] = done.impulse
+    solver = VelocitySolver(big)
+    created = solver.smoothed(curl(impulse, big, order=4, edge="zero"), SPREAD, "phi1")
+    after = given + solver.velocity(created)[inner]
+    np.testing.assert_allclose(done.velocity, after, atol=1e-6)
+    disk = mask()
+    wrong = disk.root * (0.0 - after) - done.impulse / np.maximum(disk.root, 1e-30) / RATE
+    rms = np.sqrt((wrong**2).sum() / disk.chi.sum())
+    assert done.residual <= 1e-8
+    assert rms < 1e-6
+
+
+def test_the_fluid_inside_is_held_and_the_impulse_is_inside():
+    given, done = held()
+    disk = mask()
+    deep = disk.chi == 1
+    assert np.abs(done.velocity[:, deep]).max() < 0.02
+    assert np.abs(given[:, deep]).max() > 0.5
+    assert (done.impulse[:, disk.chi == 0] == 0).all()
+
+
+@pytest.mark.parametrize("tolerance", [1e-2, 1e-4, 1e-7])
+def test_a_smaller_tolerance_costs_iterations_and_is_met(tolerance):
+    _, done = held(tolerance=tolerance)
+    assert 0 < done.residual <= tolerance
+    assert done.iterations <= held(tolerance=0.5 * tolerance)[1].iterations
+
+
+def test_a_good_guess_costs_no_iteration():
+    given, done = held(tolerance=1e-6)
+    again = penalise(
+        given, mask(), VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0,
+        settings=Penalisation(tolerance=2e-6), guess=done.impulse,
+    )  # fmt: skip
+    assert again.iterations == 0
+    np.testing.assert_allclose(again.impulse, done.impulse, atol=1e-12)
+
+
+def test_too_few_iterations_are_a_blow_up_with_advice():
+    with pytest.raises(BlowUpError, match=r"slip residual of .* after 3 iterations") as caught:
+        held(iterations=3)
+    assert "tolerance" in caught.value.hint
+
+
+def test_velocities_that_are_not_finite_are_a_blow_up():
+    with pytest.raises(BlowUpError, match="slip residual of nan"):
+        penalise(
+            np.full((2, *NEAR.shape), np.nan), mask(), VelocitySolver(NEAR), rate=RATE,
+            spread=SPREAD, speed=1.0, settings=Penalisation(),
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_both_precisions_hold_the_same_body(dtype):
+    solver = VelocitySolver(NEAR, dtype=dtype)
+    done = penalise(
+        stream(NEAR).astype(dtype), mask(), solver, rate=RATE, spread=SPREAD, speed=1.0,
+        settings=Penalisation(),
+    )  # fmt: skip
+    assert done.impulse.dtype == dtype
+    assert done.velocity.dtype == dtype
+    np.testing.assert_allclose(done.impulse, held(tolerance=1e-5)[1].impulse, atol=2e-3)
+
+
+def test_the_box_lies_on_the_lattice_and_holds_the_bodies():
+    grid = Grid((64, 64), 0.1, (-3.17, -2.93))
+    bodies = (RigidBody(Disk(radius=0.5, center=(1, 1))), RigidBody(Box(size=(0.4, 0.6))))
+    box = box_around(bodies, grid, 0.0, 0.15)
+    steps = (np.array(box.origin) - grid.origin) / 0.1
+    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
+    for axis, values in enumerate(box.axes()):
+        assert values[0] < (-0.2, -0.3)[axis] - 0.15 - 3 * 0.1
+        assert values[-1] > 1.5 + 0.15 + 3 * 0.1
+
+
+def test_the_box_takes_a_periodic_axis_whole():
+    grid = Grid((32, 64), 0.1, (0.0, -3.2), ("periodic", "unbounded"))
+    box = box_around((RigidBody(Disk(radius=0.5, center=(1.6, 0.0))),), grid, 0.0, 0.15)
+    assert (box.shape[0], box.origin[0], box.boundary) == (32, 0.0, grid.boundary)
+    assert box.shape[1] < 64
+
+
+def test_every_node_belongs_to_its_nearest_body():
+    left = RigidBody(Disk(radius=0.6, center=(-1.5, 0.0)))
+    right = RigidBody(Disk(radius=0.6, center=(1.5, 0.0)))
+    both = mask(left, right, grid=GRID)
+    x, _ = GRID.points()
+    np.testing.assert_array_equal(both.owner[x < 0], 0)
+    np.testing.assert_array_equal(both.owner[x > 0], 1)
+    alone = mask(left, grid=GRID).chi + mask(right, grid=GRID).chi
+    np.testing.assert_allclose(both.chi, alone, atol=1e-15)
+
+
+def test_bodies_that_overlap_are_one():
+    disk, same = mask(grid=GRID), mask(DISK, DISK, grid=GRID)
+    np.testing.assert_array_equal(disk.chi, same.chi)
+
+
+@pytest.mark.parametrize("name", ["strength", "width", "tolerance", "iterations"])
+@pytest.mark.parametrize("value", [0, -1, np.nan, np.inf])
+def test_a_penalisation_that_cannot_hold_is_refused(name, value):
+    with pytest.raises(InputError, match=f"penalisation {name} must be positive"):
+        Penalisation(**{name: value})
