@@ -63,7 +63,7 @@ cases: $(VENV)/.installed ## every named case; make cases QUICK=--quick shortens
 	done
 
 test: $(VENV)/.developed ## the tests
-	@$(BIN)/python -m pytest -q $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 lint: $(VENV)/.developed ## style, format and the direction of imports
 	@$(BIN)/ruff check .
