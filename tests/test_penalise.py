@@ -53,7 +53,7 @@ def test_the_operator_is_symmetric_and_positive(spread):
     a, b = rng.standard_normal((2, 2, *NEAR.shape))
     image_a, image_b = (disk.root * _induced(g, disk, solver, spread) for g in (a, b))
     scale = np.linalg.norm(a) * np.linalg.norm(image_b)
-    assert abs((a * image_b).sum() - (b * image_a).sum()) < 1e-3 * scale
+    assert abs((a * image_b).sum() - (b * image_a).sum()) < 5e-4 * scale
     assert (a * image_a).sum() > 0
     assert (b * image_b).sum() > 0
 

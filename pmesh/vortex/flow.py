@@ -41,7 +41,7 @@ class VortexFlow:
     velocity they induce and remeshed, the other half (Strang). Second order in dt, third with
     "RK3" where nothing spreads; of the kernel's order in the spacing when dt follows it. The
     spread is exact, so it never limits dt. Bodies are held by implicit penalisation, iterated on
-    its slip residual; the drag converges with first order in the spacing. Circulation and what
+    its slip residual: first order in dt and, for the drag, in the spacing. Circulation and what
     was counted at unbounded edges stay one sum to round-off, as does the linear impulse without
     bodies; "distorted" particles that feel viscosity keep them to about 1e-6.
     Refuses a 3-D grid, a negative viscosity, bodies that do not fit.
