@@ -1,0 +1,83 @@
+"""What a vortex flow takes and refuses; its refusals of other kinds are in test_refusals.py."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from levelset.shapes import Box, Disk
+from pmesh.bodies.body import RigidBody
+from pmesh.vortex.flow import VortexFlow
+from pmesh.vortex.recipe import checked_vorticity
+from remesh.errors import InputError
+from remesh.grid import Grid
+from remesh.kernels import get_kernel
+
+GRID = Grid((32, 32), 1 / 8, (-2.0, -2.0))
+DISK = RigidBody(Disk(radius=0.6))
+
+
+def flow(**options: object) -> VortexFlow:
+    return VortexFlow(**{"grid": GRID, "viscosity": 0.01, **options})  # type: ignore[arg-type]
+
+
+def test_lists_and_arrays_become_tuples_so_that_a_flow_is_a_value():
+    given = flow(bodies=[DISK], freestream=np.array([1, 0]))
+    assert given.bodies == (DISK,)
+    assert given.freestream == (1.0, 0.0)
+    assert all(type(u) is float for u in given.freestream)
+    assert hash(given) == hash(flow(bodies=(DISK,), freestream=(1.0, 0.0)))
+
+
+def test_a_kernel_of_ones_own_is_as_good_as_a_name():
+    assert flow(kernel=get_kernel("M4'")).kernel.name == "M4'"
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"viscosity": math.inf}, "viscosity must be zero or positive, got inf"),
+        ({"deformation": math.nan}, "deformation must be positive"),
+        ({"distortion": -0.1}, "distortion must be positive"),
+        ({"largest_step": 0.0}, "largest_step must be positive"),
+        ({"kernel": "M5'"}, "unknown kernel"),
+        ({"order": 7}, "has order"),
+        ({"radius": 0.0}, "radius"),
+        ({"remeshing": "never"}, "remeshing must be one of 'always', 'distorted'"),
+        ({"freestream": (1.0, math.nan)}, "2 finite velocities"),
+        ({"freestream": 1.0}, "2 finite velocities"),
+        ({"freestream": "east"}, "2 finite velocities"),
+        ({"penalisation": 1e3}, "must be a Penalisation"),
+        ({"bodies": DISK}, "bodies must be a list"),
+        ({"grid": (32, 32)}, "needs a 2-D grid"),
+        ({"bodies": [RigidBody(Box(size=(3.0, 0.5)))]}, "thinner than 8 spacings"),
+        ({"bodies": [RigidBody(Disk(radius=0.6, center=(1.5, 0)))]}, "outside the domain"),
+    ],
+)
+def test_what_cannot_run_is_refused_with_advice(options, text):
+    with pytest.raises(InputError, match=text) as caught:
+        flow(**options)
+    assert caught.value.hint
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_start_is_a_copy_of_an_array_a_law_or_nothing(dtype):
+    x, _ = GRID.points()
+    mine = np.asfortranarray(x)
+    values = checked_vorticity(mine, GRID, np.dtype(dtype))
+    assert values.dtype == dtype
+    assert values.flags.c_contiguous
+    assert not np.may_share_memory(values, mine)
+    np.testing.assert_array_equal(
+        checked_vorticity(lambda points: points[0], GRID, np.dtype(dtype)), values
+    )
+    assert not checked_vorticity(None, GRID, np.dtype(dtype)).any()
+
+
+def test_an_array_given_to_start_may_change_afterwards():
+    values = np.ones(GRID.shape)
+    state = flow().start(vorticity=values)
+    values[:] = 7
+    assert state.vorticity.max() == 1
