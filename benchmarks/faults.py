@@ -1,0 +1,284 @@
+"""Deliberate faults, one at a time, in a copy of the tree: the tests must catch each of them.
+
+    python benchmarks/faults.py [NAME ...] [--list] [--fit] [--all-tests]
+
+A fault replaces one piece of one file and runs the test files that should notice; "caught" means
+that a test failed, "MISSED" that all passed. ``--fit`` only checks that every fault still finds
+its place (a second); the whole takes about ten minutes. Exits with 1 where a fault is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+PARTS = ("remesh", "levelset", "pmesh", "tests", "pyproject.toml")
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A wrong program: ``old`` in ``file`` becomes ``new``; ``tests`` should notice."""
+
+    name: str
+    file: str
+    old: str
+    new: str
+    tests: str
+
+
+FAULTS = [
+    Fault(
+        "a kernel coefficient", "remesh/kernels.py",
+        "    2 0 -5 3;\n    4 -8 5 -1\n", "    2 0 -5 3;\n    4 -8 5 -2\n", "kernels",
+    ),
+    Fault(
+        "a kernel whose weights do not sum to 1 is taken", "remesh/kernels.py",
+        "if not worst <= CLAIM_TOLERANCE * scale:", "if False:", "kernels refusals",
+    ),
+    Fault(
+        "odd and even parts of the taps exchanged", "remesh/_rows.py",
+        "left[n] = even + odd\n            right[n] = even - odd",
+        "left[n] = even - odd\n            right[n] = even + odd", "transfer nodes",
+    ),
+    Fault(
+        "a missing wrap of particles", "remesh/_rows.py",
+        "return index % size", "return min(max(index, 0), size - 1)", "transfer nodes",
+    ),
+    Fault(
+        "a missing wrap of differences", "remesh/stencils.py",
+        "if grid.periodic[axis]:\n            target += weight * np.roll",
+        "if False:\n            target += weight * np.roll", "stencils",
+    ),
+    Fault(
+        "particles outside the box lost without a word", "remesh/_transfer.py",
+        "dropped[band, p] += line\n", "dropped[band, p] += 0 * line\n", "transfer",
+    ),
+    Fault(
+        "a mollifier of order 4 with a coefficient of order 6", "remesh/mollify.py",
+        "(2, 4): (2.0, -1.0, 0.0)", "(2, 4): (3.0, -1.0, 0.0)", "mollify",
+    ),
+    Fault(
+        "a Green's function of one order less", "pmesh/spectral/greens.py",
+        "terms = order // 2\n", "terms = max(order // 2 - 1, 1)\n", "greens velocity",
+    ),
+    Fault(
+        "free space that sees its images", "pmesh/spectral/symbols.py",
+        "fast_length(2 * n - 1)", "fast_length(2 * n - 1 - n // 8)", "symbols velocity poisson",
+    ),
+    Fault(
+        "reversed velocity", "pmesh/spectral/velocity.py",
+        "[[_term(0, tables[1], firsts[1], 1)], [_term(0, tables[0], firsts[0], -1)]]",
+        "[[_term(0, tables[1], firsts[1], -1)], [_term(0, tables[0], firsts[0], 1)]]",
+        "velocity flow",
+    ),
+    Fault(
+        "diffusion with 2 nu", "pmesh/spectral/smoothing.py",
+        "np.exp(-amount * box.spread(axis))", "np.exp(-2 * amount * box.spread(axis))",
+        "smoothing velocity flow",
+    ),
+    Fault(
+        "only half a step of diffusion with 2 nu", "pmesh/vortex/flow.py",
+        "spread, solver = 0.5 * dt * self.viscosity", "spread, solver = dt * self.viscosity",
+        "flow",
+    ),
+    Fault(
+        "a mean over the step replaced by its end", "pmesh/spectral/smoothing.py",
+        "values = np.where(z > 0, -np.expm1(-safe) / safe, 1.0)", "values = np.exp(-z)",
+        "smoothing velocity",
+    ),
+    Fault(
+        "an Euler path", "pmesh/vortex/schemes.py", "(0.0, 1.0), \"midpoint rule\"",
+        "(1.0, 0.0), \"midpoint rule\"", "flow",
+    ),
+    Fault(
+        "a wrong weight of RK3", "pmesh/vortex/schemes.py", "(2 / 9, 1 / 3, 4 / 9)",
+        "(1 / 4, 1 / 4, 1 / 2)", "flow",
+    ),
+    Fault(
+        "a stage sampled at home instead of where the particle is", "pmesh/vortex/schemes.py",
+        "sample_nodes(velocity_of(stage.field), moved, grid, kernel, threads=threads)",
+        "velocity_of(stage.field)", "flow",
+    ),
+    Fault(
+        "what crosses an edge is not counted", "pmesh/vortex/flow.py",
+        "lost_circulation=state.lost_circulation + lost)",
+        "lost_circulation=state.lost_circulation)", "flow constraint",
+    ),
+    Fault(
+        "impulse of the wrong sign", "pmesh/vortex/ledger.py",
+        "-float(along_x @ x) * grid", "float(along_x @ x) * grid", "flow constraint ledger",
+    ),
+    Fault(
+        "drag of the wrong sign", "pmesh/vortex/constraint.py",
+        "loads.append(tuple(-own.sum(", "loads.append(tuple(own.sum(", "constraint",
+    ),
+    Fault(
+        "drag that forgets the force of the first half step", "pmesh/vortex/flow.py",
+        "imposed.impulse if given is None else imposed.impulse + given", "imposed.impulse",
+        "constraint",
+    ),
+    Fault(
+        "drag by impulse that forgets the drift of circulation", "pmesh/vortex/flow.py",
+        "return tuple(d - (b - a) / dt", "return tuple(0 * d - (b - a) / dt", "constraint",
+    ),
+    Fault(
+        "a force that forgets the body's own velocity", "pmesh/bodies/penalise.py",
+        "root * (mask.velocity - velocity - induced)", "root * (-velocity - induced)",
+        "penalise constraint",
+    ),
+    Fault(
+        "a slip residual that looks smaller than it is", "pmesh/bodies/penalise.py",
+        "float(np.sqrt(norm / weight)) / speed, count)",
+        "0.1 * float(np.sqrt(norm / weight)) / speed, count)", "penalise constraint",
+    ),
+    Fault(
+        "a wall that acts where chi is one half", "pmesh/vortex/constraint.py",
+        "offset = wall_offset(settings.width, settings.strength, self.order, self.radius)",
+        "offset = 0.0", "wall constraint",
+    ),
+    Fault(
+        "an impulsive start that takes too much", "pmesh/vortex/constraint.py",
+        "self.order, self.radius) - SHEET", "self.order, self.radius) - 1.0", "constraint",
+    ),
+    Fault(
+        "a restart through float32", "pmesh/run/checkpoint.py",
+        "create_dataset(name, data=array)",
+        'create_dataset(name, data=array.astype("f4") if array.dtype == "f8" else array)',
+        "checkpoint kill_resume",
+    ),
+    Fault(
+        "a series that rounds", "pmesh/run/series.py", "return repr(float(value))",
+        'return f"{float(value):.12g}"', "loop checkpoint kill_resume",
+    ),
+    Fault(
+        "a resumed series that repeats a row", "pmesh/run/series.py",
+        "<= last_step]", "<= last_step + 1]", "loop checkpoint kill_resume",
+    ),
+    Fault(
+        "a checkpoint written over the good one", "pmesh/run/files.py",
+        'part = path.with_name(f".{path.name}.part")', "part = path",
+        "checkpoint refusals kill_resume",
+    ),
+    Fault(
+        "a damaged checkpoint accepted in silence", "pmesh/run/checkpoint.py",
+        "if header != _header(digest):", "if False:", "checkpoint",
+    ),
+    Fault(
+        "a landing that overshoots", "pmesh/run/clock.py",
+        "dt = remaining / steps", "dt = limit.dt", "loop",
+    ),
+    Fault(
+        "a field that is not finite goes on", "pmesh/run/tree.py",
+        "and not np.isfinite(array).all()", "and np.isnan(array).all()", "loop refusals",
+    ),
+    Fault(
+        "a metric that passes outside its tolerance", "pmesh/run/summary.py",
+        "<= self.tolerance", "<= 10 * self.tolerance", "summary",
+    ),
+    Fault(
+        "a config typo accepted in silence", "pmesh/cases/options.py",
+        'raise unknown("option", name, known)\n    return', "values = {}\n    return",
+        "case cli",
+    ),
+]  # fmt: skip
+
+
+def copy_tree(target: Path) -> None:
+    """The tree and its compiled kernels, which stay valid where a file keeps its time."""
+    for part in PARTS:
+        if (ROOT / part).is_dir():
+            shutil.copytree(ROOT / part, target / part)
+        else:
+            shutil.copy2(ROOT / part, target / part)
+
+
+def place(fault: Fault, tree: Path) -> str:
+    """The file's text with the fault in it; refuses a fault that fits nowhere or twice."""
+    text = (tree / fault.file).read_text(encoding="utf-8")
+    found = text.count(fault.old)
+    if found != 1:
+        raise SystemExit(f'"{fault.name}" fits {found} places of {fault.file}: {fault.old!r}')
+    return text.replace(fault.old, fault.new)
+
+
+def forget_kernels(tree: Path) -> None:
+    """Drop compiled kernels: one that calls another does not see that the other has changed."""
+    for cache in tree.rglob("*.nb[ci]"):
+        cache.unlink()
+
+
+def run_tests(tree: Path, names: list[str]) -> tuple[int, str]:
+    """Exit status of pytest on the copy, and what failed first."""
+    files = [f"tests/test_{name}.py" for name in names]
+    words = [sys.executable, "-m", "pytest", "-x", "--no-header", "-p", "no:cacheprovider"]
+    done = subprocess.run(
+        [*words, *files], cwd=tree, capture_output=True, text=True, check=False,
+        stdin=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": str(tree)},
+    )  # fmt: skip
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    said = failed[0] if failed else done.stdout[-2000:] + done.stderr[-2000:]
+    return done.returncode, said
+
+
+def try_fault(fault: Fault, tree: Path) -> bool:
+    """Whether a test fails with the fault in place; a line about it."""
+    original = tree / f"{fault.file}.original"
+    path, began = tree / fault.file, time.perf_counter()
+    text = place(fault, tree)
+    path.rename(original)
+    path.write_text(text, encoding="utf-8")
+    compiled = path.name.startswith("_")
+    if compiled:
+        forget_kernels(tree / "remesh")
+    try:
+        status, said = run_tests(tree, fault.tests.split())
+    finally:
+        original.replace(path)  # with its time, so that its kernels are valid again
+        if compiled:
+            forget_kernels(tree / "remesh")
+    if status not in (0, 1):
+        raise SystemExit(f'"{fault.name}": the tests did not run\n{said}')
+    word = "caught" if status else "MISSED"
+    which = said.removeprefix("FAILED tests/").split(" - ")[0] if status else ""
+    print(f"{word}  {fault.name:58} {time.perf_counter() - began:5.0f} s  {which}", flush=True)
+    return status == 1
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="deliberate faults that the tests must catch")
+    parser.add_argument("names", nargs="*", help="only faults with one of these words in the name")
+    parser.add_argument("--list", action="store_true", help="list the faults")
+    parser.add_argument("--fit", action="store_true", help="only check that every fault fits")
+    options = parser.parse_args()
+    chosen = [f for f in FAULTS if not options.names or any(n in f.name for n in options.names)]
+    if options.list or options.fit:
+        for fault in chosen:
+            place(fault, ROOT)
+            if options.list:
+                print(f"{fault.name:58} {fault.file}")
+        print(f"{len(chosen)} faults fit")
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder)
+        copy_tree(tree)
+        files = sorted({name for fault in chosen for name in fault.tests.split()})
+        status, said = run_tests(tree, files)
+        if status:
+            raise SystemExit(f"the tests fail without a fault\n{said}")
+        print(f"without a fault {len(files)} test files pass", flush=True)
+        missed = [fault.name for fault in chosen if not try_fault(fault, tree)]
+    print(f"{len(chosen) - len(missed)} of {len(chosen)} faults caught")
+    if missed:
+        raise SystemExit("missed: " + "; ".join(missed))
+
+
+if __name__ == "__main__":
+    main()
