@@ -10,7 +10,7 @@ DEMOS := $(patsubst demos/%.py,%,$(sort $(wildcard demos/*.py)))
 PYTEST_ARGS ?=
 
 .DEFAULT_GOAL := help
-.PHONY: help install dev demo demos cases test lint types check faults bench lock clean $(DEMOS:%=demo-%)
+.PHONY: help install dev demo demos cases test lint types check faults bench lock clean distclean $(DEMOS:%=demo-%)
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## /{printf "  make %-9s %s\n", $$1, $$2}' Makefile
@@ -93,7 +93,9 @@ lock: $(VENV)/.made ## refresh requirements-dev.lock with the newest versions
 	@rm -rf build/lock
 	@echo "requirements-dev.lock: $$(wc -l < requirements-dev.lock) packages; run make check with it"
 
-clean: ## remove .venv, caches and build leftovers; out/ stays
-	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis \
-	  .import_linter_cache
-	find remesh levelset pmesh tests demos benchmarks -name __pycache__ -prune -exec rm -rf {} +
+clean: ## remove caches, compiled kernels and build leftovers; .venv and out/ stay
+	@rm -rf build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	@find remesh levelset pmesh tests demos benchmarks -name __pycache__ -prune -exec rm -rf {} +
+
+distclean: clean ## the same, and .venv
+	@rm -rf $(VENV) *.egg-info
