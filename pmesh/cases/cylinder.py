@@ -30,7 +30,7 @@ PUBLISHED = (0.3, 6.0)  # times T between which the published curve is trusted
 SHORT = 0.25  # the short-time law is compared before this time T
 INERTIAL = 550.0  # Reynolds number from which its inertial terms are meant
 ALLOWED = {550.0: 0.04, 3000.0: 0.06}  # part of the published drag; 0.05 for others
-LAYER = 0.4  # sqrt(nu t) over the spacing, from where a boundary layer can be seen
+LAYER = 0.6  # sqrt(nu t) over the spacing, from where a boundary layer can be seen
 LAW = "unsteady Stokes flow (exact) with inertial terms of Bar-Lev & Yang 1975"
 
 
@@ -176,7 +176,7 @@ class Cylinder(Case):
         return found
 
     def _against_law(self, drag: Drag) -> list[Metric]:
-        """Largest deviation from the short-time law, once sqrt(nu t) is 0.4 spacings."""
+        """Largest deviation from the short-time law, once sqrt(nu t) is 0.6 spacings."""
         first = LAYER**2 * self.spacing**2 / self.viscosity
         within = (drag.time - 0.5 * drag.dt > first) & (drag.time < SHORT)
         if not within.any():
