@@ -178,6 +178,16 @@ def test_two_bodies_share_the_total_and_mirror_each_other():
     assert {"body0_force_x", "body1_force_y"} <= flow.forces(state).keys()
 
 
+def test_particles_remeshed_when_distorted_feel_the_same_forces():
+    always, seldom = past(), past(remeshing="distorted")
+    kept = 0
+    for a, b in zip(after(always, 0.02, 12)[5:], after(seldom, 0.02, 12)[5:], strict=True):
+        kept += b.strengths is not None
+        np.testing.assert_allclose(force(b), force(a), rtol=0.01, atol=1e-4)
+        np.testing.assert_allclose(b.impulse_force, force(b), rtol=5e-3, atol=1e-4)
+    assert kept > 0
+
+
 def test_the_drag_of_a_short_time_is_the_exact_one_of_unsteady_stokes_flow():
     """Re = 40: inertia is not felt yet."""
     flow, dt = past(diameter=48), 0.01
