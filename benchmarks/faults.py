@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-PARTS = ("remesh", "levelset", "pmesh", "tests", "pyproject.toml")
+PARTS = ("remesh", "levelset", "pmesh", "tests", "benchmarks", "pyproject.toml")
 
 
 @dataclass(frozen=True)
@@ -96,16 +96,16 @@ FAULTS = [
     ),
     Fault(
         "an Euler path", "pmesh/vortex/schemes.py", "(0.0, 1.0), \"midpoint rule\"",
-        "(1.0, 0.0), \"midpoint rule\"", "flow",
+        "(1.0, 0.0), \"midpoint rule\"", "schemes flow",
     ),
     Fault(
         "a wrong weight of RK3", "pmesh/vortex/schemes.py", "(2 / 9, 1 / 3, 4 / 9)",
-        "(1 / 4, 1 / 4, 1 / 2)", "flow",
+        "(1 / 4, 1 / 4, 1 / 2)", "schemes flow",
     ),
     Fault(
         "a stage sampled at home instead of where the particle is", "pmesh/vortex/schemes.py",
         "sample_nodes(velocity_of(stage.field), moved, grid, kernel, threads=threads)",
-        "velocity_of(stage.field)", "flow",
+        "velocity_of(stage.field)", "schemes flow",
     ),
     Fault(
         "what crosses an edge is not counted", "pmesh/vortex/flow.py",
@@ -114,7 +114,7 @@ FAULTS = [
     ),
     Fault(
         "impulse of the wrong sign", "pmesh/vortex/ledger.py",
-        "-float(along_x @ x) * grid", "float(along_x @ x) * grid", "flow constraint ledger",
+        "-float(along_x @ x) * grid", "float(along_x @ x) * grid", "ledger flow constraint",
     ),
     Fault(
         "drag of the wrong sign", "pmesh/vortex/constraint.py",
