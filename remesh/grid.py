@@ -61,7 +61,8 @@ class Grid:
         sides = (boundary,) * len(nodes) if isinstance(boundary, str) else tuple(boundary)
         if len(sides) != len(nodes) or any(side not in BOUNDARIES for side in sides):
             raise InputError(
-                f"boundary must be 'periodic' or 'unbounded', one or {len(nodes)}, got {boundary!r}",
+                f"boundary must be 'periodic' or 'unbounded', one or {len(nodes)}, "
+                f"got {boundary!r}",
                 hint="boundary='unbounded', or one word per axis",
             )
         object.__setattr__(self, "shape", nodes)

@@ -76,6 +76,34 @@ def test_the_residual_is_that_of_the_law_on_a_mesh_four_times_as_large():
     assert rms < 1e-6
 
 
+@pytest.mark.parametrize("speed", [1.0, 2.5])
+def test_the_residual_is_the_rms_of_the_law_over_the_body_relative_to_the_speed(speed):
+    given, disk, solver = stream(NEAR), mask(), VelocitySolver(NEAR)
+    done = penalise(
+        given, disk, solver, rate=RATE, spread=SPREAD, speed=speed,
+        settings=Penalisation(tolerance=1e-3),
+    )  # fmt: skip
+    g = np.divide(done.impulse, disk.root, out=np.zeros_like(given), where=disk.root > 0)
+    after = given + _induced(g, disk, solver, SPREAD)
+    wrong = disk.root * (disk.velocity - after) - g / RATE
+    rms = np.sqrt((wrong**2).sum() / disk.chi.sum())
+    assert done.residual == pytest.approx(rms / speed, rel=1e-6)
+
+
+def test_a_moving_body_in_fluid_at_rest_feels_the_same_as_a_body_at_rest_in_a_stream():
+    """In the frame of the body nothing changes but the sign of the stream (Galileo)."""
+    disk, solver, settings = mask(), VelocitySolver(NEAR), Penalisation(tolerance=1e-8)
+    motion = np.stack([np.full(NEAR.shape, 0.7), np.full(NEAR.shape, -0.4)])
+    moving = disk._replace(velocity=motion)
+    options = {"rate": RATE, "spread": SPREAD, "speed": 1.0, "settings": settings}
+    there = penalise(stream(NEAR), moving, solver, **options)
+    here = penalise(stream(NEAR) - motion, disk, solver, **options)
+    np.testing.assert_allclose(there.impulse, here.impulse, atol=1e-12)
+    np.testing.assert_allclose(there.velocity - motion, here.velocity, atol=1e-12)
+    deep = disk.chi == 1
+    assert np.abs(there.velocity - motion)[:, deep].max() < 0.02
+
+
 def test_the_fluid_inside_is_held_and_the_impulse_is_inside():
     given, done = held()
     disk = mask()
