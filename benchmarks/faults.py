@@ -209,19 +209,14 @@ def place(fault: Fault, tree: Path) -> str:
     return text.replace(fault.old, fault.new)
 
 
-def forget_kernels(tree: Path) -> None:
-    """Drop compiled kernels: one that calls another does not see that the other has changed."""
-    for cache in tree.rglob("*.nb[ci]"):
-        cache.unlink()
-
-
-def run_tests(tree: Path, names: list[str]) -> tuple[int, str]:
-    """Exit status of pytest on the copy, and what failed first."""
+def run_tests(tree: Path, names: list[str], kernels: Path | None = None) -> tuple[int, str]:
+    """Exit status of pytest on the copy, and what failed first; ``kernels``: another cache."""
     files = [f"tests/test_{name}.py" for name in names]
     words = [sys.executable, "-m", "pytest", "-x", "--no-header", "-p", "no:cacheprovider"]
+    setting = {"PYTHONPATH": str(tree)} | ({"NUMBA_CACHE_DIR": str(kernels)} if kernels else {})
     done = subprocess.run(
         [*words, *files], cwd=tree, capture_output=True, text=True, check=False,
-        stdin=subprocess.DEVNULL, env=os.environ | {"PYTHONPATH": str(tree)},
+        stdin=subprocess.DEVNULL, env=os.environ | setting,
     )  # fmt: skip
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
     said = failed[0] if failed else done.stdout[-2000:] + done.stderr[-2000:]
@@ -235,15 +230,12 @@ def try_fault(fault: Fault, tree: Path) -> bool:
     text = place(fault, tree)
     path.rename(original)
     path.write_text(text, encoding="utf-8")
-    compiled = path.name.startswith("_")
-    if compiled:
-        forget_kernels(tree / "remesh")
+    # a compiled kernel that calls another does not see that the other has changed
+    kernels = tree / f"kernels-{began}" if path.name.startswith("_") else None
     try:
-        status, said = run_tests(tree, fault.tests.split())
+        status, said = run_tests(tree, fault.tests.split(), kernels)
     finally:
         original.replace(path)  # with its time, so that its kernels are valid again
-        if compiled:
-            forget_kernels(tree / "remesh")
     if status not in (0, 1):
         raise SystemExit(f'"{fault.name}": the tests did not run\n{said}')
     word = "caught" if status else "MISSED"
