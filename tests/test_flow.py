@@ -219,23 +219,24 @@ def test_the_elliptical_vortex_keeps_circulation_and_second_moments():
     assert after["angular_moment"] == pytest.approx(before["angular_moment"], rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("viscosity", "remeshing"), [(0.0, "always"), (0.02, "always"), (0.0, "distorted")]
-)
+@pytest.mark.parametrize("viscosity", [0.0, 0.02])
+@pytest.mark.parametrize("remeshing", ["always", "distorted"])
 def test_what_crosses_a_fixed_edge_is_counted(viscosity, remeshing):
+    """Of vortices so weak that distorted particles are never remeshed on their way out."""
     flow = VortexFlow(
         grid=square(48, 3.0), viscosity=viscosity, freestream=(1.0, 0.5), domain="fixed",
-        remeshing=remeshing,
+        remeshing=remeshing, distortion=9.0,
     )  # fmt: skip
-    start = flow.start(vorticity=two_vortices)
-    total = flow.ledger(start)["circulation"]
-    state = start
+    state = flow.start(vorticity=lambda points: 1e-3 * two_vortices(points))
+    total = flow.ledger(state)["circulation"]
+    sampled = remeshing == "distorted" and viscosity > 0
     for _ in range(15):
         state = flow.step(state, 0.1)
         row = flow.ledger(state)
         kept = row["circulation"] + row["lost_circulation"]
-        assert kept == pytest.approx(total, rel=1e-12)
+        assert kept == pytest.approx(total, rel=3e-3 if sampled else 1e-12)
     assert row["lost_circulation"] > 0.3 * total
+    assert (state.strengths is None) == (remeshing == "always")
 
 
 def test_a_flow_with_a_periodic_axis_loses_nothing_through_it():
