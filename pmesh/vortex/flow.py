@@ -43,8 +43,8 @@ class VortexFlow:
     spread is exact, so it never limits dt. Bodies are held by implicit penalisation, iterated on
     its slip residual: first order in dt and, for the drag, in the spacing. Circulation and what
     was counted at unbounded edges stay one sum to round-off, as does the linear impulse without
-    bodies; "distorted" particles that feel viscosity keep them to 1e-6, and to 0.4 % of what leaves.
-    Refuses a 3-D grid, a negative viscosity, bodies that do not fit.
+    bodies; "distorted" particles that feel viscosity keep them to 1e-6, and to 0.4 % of what
+    leaves. Refuses a 3-D grid, a negative viscosity, bodies that do not fit.
     """
 
     grid: Grid  # the mesh at the start
