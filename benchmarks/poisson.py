@@ -19,10 +19,10 @@ from collections.abc import Callable
 import numpy as np
 import scipy.fft
 
-from pmesh.spectral.convolve import Convolver
-from pmesh.spectral.fft import available_threads, share
+from pmesh.spectral.convolve import Convolver, _Worker
 from pmesh.spectral.velocity import VelocitySolver
 from remesh.grid import Grid
+from remesh.threads import thread_count
 
 SIZES = [
     ((200, 200), "f8"),
@@ -51,14 +51,13 @@ def bare_transforms(convolver: Convolver, sources: int, outputs: int) -> Callabl
         math.ceil(convolver.modes / convolver.mode_block),
     )
 
-    def rows_in(worker: int, block: int) -> None:
-        convolver._workers[worker].to_hat()
+    def rows_in(own: _Worker, block: int) -> None:
+        own.to_hat()
 
-    def rows_out(worker: int, block: int) -> None:
-        convolver._workers[worker].from_hat()
+    def rows_out(own: _Worker, block: int) -> None:
+        own.from_hat()
 
-    def columns(worker: int, block: int) -> None:
-        own = convolver._workers[worker]
+    def columns(own: _Worker, block: int) -> None:
         for s in range(sources):
             if convolver.padded_middle > 1:
                 own.plane_forward()
@@ -70,10 +69,10 @@ def bare_transforms(convolver: Convolver, sources: int, outputs: int) -> Callabl
 
     def work() -> None:
         for _ in range(sources):
-            share(rows_in, rows, convolver.threads)
-        share(columns, modes, convolver.threads)
+            convolver._each(rows_in, rows)
+        convolver._each(columns, modes)
         for _ in range(outputs):
-            share(rows_out, rows, convolver.threads)
+            convolver._each(rows_out, rows)
 
     return work
 
@@ -126,7 +125,7 @@ def row(shape: tuple[int, ...], dtype: str, kernel: str, order: int, threads: in
 
 def main() -> None:
     parser = argparse.ArgumentParser(description="time the velocity solve")
-    parser.add_argument("--threads", type=int, default=available_threads())
+    parser.add_argument("--threads", type=int, default=thread_count(None))
     parser.add_argument("--big", action="store_true", help="also 2048^2 and 128^3")
     options = parser.parse_args()
     print(f"free space, {options.threads} threads, milliseconds")

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from remesh._threads import share, thread_count
 from remesh.errors import InputError
+from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 CUTOFF = 6.5  # radii; beyond, a cutoff is below 1e-15 of its peak

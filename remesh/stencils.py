@@ -9,9 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from remesh._threads import share, thread_count
 from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 Edge = Literal["onesided", "zero"]

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from remesh import _transfer
 from remesh._rows import FAR
-from remesh._threads import share, thread_count
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel, table
+from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 Outside = Literal["refuse", "drop"]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pmesh.spectral.fft import aligned, check_backend, default_backend, fast_length, plan, share
+from pmesh.spectral.fft import aligned, check_backend, default_backend, fast_length, plan
 from remesh.errors import InputError
 
 BACKENDS = ["scipy", *{default_backend()} - {"scipy"}]
@@ -57,23 +57,6 @@ def test_fast_lengths_are_even_smooth_and_the_smallest_such():
     )
     for least in range(1, 3000, 7):
         assert fast_length(least) == next(n for n in smooth if n >= least)
-
-
-@pytest.mark.parametrize("threads", [1, 2, 5])
-def test_every_block_is_worked_on_exactly_once(threads):
-    done = []
-    share(lambda worker, block: done.append((worker, block)), 13, threads)
-    assert sorted(block for _, block in done) == list(range(13))
-    assert max(worker for worker, _ in done) < threads
-
-
-def test_an_error_in_any_worker_reaches_the_caller():
-    def work(worker, block):
-        if block == 1:
-            raise ArithmeticError("block 1")
-
-    with pytest.raises(ArithmeticError, match="block 1"):
-        share(work, 2, 2)
 
 
 def test_buffers_start_on_a_cache_line_and_hold_zeros():

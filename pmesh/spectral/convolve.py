@@ -15,9 +15,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from pmesh.spectral.fft import Transform, aligned, check_backend, plan, share
+from pmesh.spectral.fft import Transform, aligned, check_backend, plan
 from pmesh.spectral.sweeps import crop, pad, scale, to_modes, to_rows, transpose
 from pmesh.spectral.symbols import Box
+from remesh.threads import share
 
 Field = NDArray[Any]
 _LINES = 32  # lines transformed at once: they fit the cache
@@ -138,6 +139,15 @@ class Convolver:
         if not self._workers or len(self._workers[0].spectra) < sources + 1:
             self._workers = [_Worker(self, sources) for _ in range(self.threads)]
 
+    def _each(self, work: Callable[[_Worker, int], object], blocks: int) -> None:
+        """Call ``work`` once for every block, with the scratch of the thread that does it."""
+
+        def deal(first: int, blocks: int, step: int) -> None:
+            for block in range(first, blocks, step):
+                work(self._workers[first], block)
+
+        share(deal, blocks, self.threads)
+
     def _row_blocks(self) -> tuple[int, int]:
         rows, middle = self.row_block
         return math.ceil(self.box.shape[0] / rows), math.ceil(self.middle / middle)
@@ -148,8 +158,7 @@ class Convolver:
         source = field.reshape(n0, self.middle, last)
         across, along = self._row_blocks()
 
-        def work(worker: int, block: int) -> None:
-            own = self._workers[worker]
+        def work(own: _Worker, block: int) -> None:
             i, j = block // along * rows, block % along * middle
             part = source[i : i + rows, j : j + middle]
             a, b = part.shape[:2]
@@ -157,7 +166,7 @@ class Convolver:
             own.to_hat()
             to_modes(own.line_hat[:a, :b], stored[:, j : j + b, i : i + a])
 
-        share(work, across * along, self.threads)
+        self._each(work, across * along)
 
     def _rows_out(self, stored: Field, field: Field, shift: float) -> None:
         rows, middle = self.row_block
@@ -166,8 +175,7 @@ class Convolver:
         across, along = self._row_blocks()
         factor, offset = self.dtype.type(self.scale), self.dtype.type(shift)
 
-        def work(worker: int, block: int) -> None:
-            own = self._workers[worker]
+        def work(own: _Worker, block: int) -> None:
             i, j = block // along * rows, block % along * middle
             part = target[i : i + rows, j : j + middle]
             a, b = part.shape[:2]
@@ -175,15 +183,14 @@ class Convolver:
             own.from_hat()
             crop(own.line, factor, offset, part)
 
-        share(work, across * along, self.threads)
+        self._each(work, across * along)
 
     def _modes(
         self, sources: int, outputs: Sequence[Sequence[Term]], smoothing: Multiplier | None
     ) -> None:
         blocks = math.ceil(self.modes / self.mode_block)
 
-        def work(worker: int, block: int) -> None:
-            own = self._workers[worker]
+        def work(own: _Worker, block: int) -> None:
             low = block * self.mode_block
             high = min(low + self.mode_block, self.modes)
             count = high - low
@@ -202,7 +209,7 @@ class Convolver:
                 own.backward()
                 self._store(own, own.result, self._storage[o][low:high])
 
-        share(work, blocks, self.threads)
+        self._each(work, blocks)
 
     def _apply(
         self,

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
@@ -122,33 +120,3 @@ def _plan_scipy(source: NDArray[Any], target: NDArray[Any], inverse: bool) -> Tr
             target[...] = fft.fft(source)
 
     return execute
-
-
-def available_threads() -> int:
-    """Processors that this process may use."""
-    try:
-        return max(1, len(os.sched_getaffinity(0)))
-    except AttributeError:
-        return os.cpu_count() or 1
-
-
-@lru_cache(maxsize=8)
-def _pool(size: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(size, thread_name_prefix="pmesh-fft")
-
-
-def share(work: Callable[[int, int], None], blocks: int, threads: int) -> None:
-    """Call ``work(worker, block)`` once for every block, dealt out to the workers in turn."""
-    workers = max(1, min(threads, blocks))
-
-    def deal(worker: int) -> None:
-        for block in range(worker, blocks, workers):
-            work(worker, block)
-
-    if workers == 1:
-        deal(0)
-        return
-    others = [_pool(workers - 1).submit(deal, worker) for worker in range(1, workers)]
-    deal(0)
-    for other in others:
-        other.result()

@@ -10,11 +10,11 @@ from numpy.typing import DTypeLike, NDArray
 
 from pmesh.spectral.checks import check_field, check_freestream, check_mean, output
 from pmesh.spectral.convolve import Convolver, Field, Multiplier, Term
-from pmesh.spectral.fft import available_threads
 from pmesh.spectral.smoothing import Smoothing, make_smoothing
 from pmesh.spectral.symbols import Box, Derivative, Greens, multipliers
 from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.threads import thread_count
 
 Outputs = list[list[Term]]
 
@@ -46,11 +46,9 @@ class VelocitySolver:
         self.dtype = np.dtype(dtype)
         if self.dtype not in (np.dtype(np.float32), np.dtype(np.float64)):
             raise InputError(f"dtype must be float32 or float64, got {dtype}", hint="np.float64")
-        if threads is not None and threads < 1:
-            raise InputError(f"threads must be at least 1, got {threads}", hint="threads=2")
         self.box = Box.around(grid)
         self._convolver = Convolver(
-            self.box, dtype=self.dtype, threads=threads or available_threads(), backend=backend
+            self.box, dtype=self.dtype, threads=thread_count(threads), backend=backend
         )
         self._smoothings: dict[Smoothing, Multiplier] = {}
 

@@ -1,4 +1,4 @@
-"""Threads for compiled loops that release the lock; the split of the work never depends on them."""
+"""Threads for loops and transforms that release the lock; no split of work depends on them."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ def thread_count(threads: int | None) -> int:
 
 @lru_cache(maxsize=8)
 def _pool(threads: int, process: int) -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(
-        threads, thread_name_prefix="remesh"
-    )  # one per process: forks are safe
+    """Kept threads, of this very process: after a fork those of the parent do no work."""
+    return ThreadPoolExecutor(threads, thread_name_prefix="remesh")
 
 
 def share(work: Callable[..., Any], pieces: int, threads: int, *arguments: Any) -> None:
     """Call ``work(first, pieces, step, *arguments)`` so that each piece is done exactly once.
 
     Piece k is done by thread k modulo the number of threads; a law that gives each piece its own
-    output therefore returns the same bits for any number of threads.
+    output therefore returns the same bits for any number of threads. ``first`` is the number of
+    the thread, below ``threads``: scratch of its own is told by it.
     """
     step = max(1, min(threads, pieces))
     if step == 1:
