@@ -16,6 +16,7 @@ from pmesh.cases.perlman import PerlmanCase
 from pmesh.cases.registry import CASES, find
 from pmesh.cases.runner import run_case
 from pmesh.cases.taylor_green import TaylorGreenCase
+from pmesh.run.snapshots import read_snapshots
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -62,6 +63,8 @@ def test_a_run_leaves_the_files_of_the_contract(quick):
         rows = list(csv.DictReader(lines))
     assert {"time", "dt", "rule", "circulation"} <= rows[0].keys()
     assert (folder / "checkpoint.h5").stat().st_size > 0
+    assert len(read_snapshots(folder)) >= 2, "the start and the end"
+    assert (folder / "fields.vtkhdf").stat().st_size > 0
     picture = (folder / "figure.png").read_bytes()
     assert picture.startswith(b"\x89PNG")
     assert len(picture) > 50_000

@@ -67,8 +67,10 @@ class PerlmanCase(Case):
         return flow, flow.start(vorticity=self.exact.vorticity(grid.points()))
 
     def watchers(self) -> Sequence[Watcher]:
-        """The ledger and the moments."""
-        return [*super().watchers(), watch_moments]
+        """The ledger, the moments, and snapshots of the start and of the end."""
+        from pmesh.run.snapshots import Snapshots
+
+        return [*super().watchers(), watch_moments, Snapshots(self.until)]
 
     def errors(self, state: Any) -> tuple[float, float]:
         """Relative L2 errors of velocity and vorticity; the patch is steady, so at any time."""

@@ -68,8 +68,10 @@ class TaylorGreenCase(Case):
         return flow, flow.start(vorticity=self.exact.vorticity(grid.points()))
 
     def watchers(self) -> Sequence[Watcher]:
-        """The ledger, the energy and the error of the velocity."""
-        return [*super().watchers(), self._watch]
+        """The ledger, the energy, the velocity's error, and snapshots of the start and the end."""
+        from pmesh.run.snapshots import Snapshots
+
+        return [*super().watchers(), self._watch, Snapshots(self.until)]
 
     def _watch(self, moment: Moment) -> dict[str, float]:
         """Energy of the period, drift left out, and the velocity's relative error."""
