@@ -16,6 +16,16 @@ class InputError(PmeshError, ValueError):
     """The user's input cannot be used; nothing was computed or written."""
 
 
+def as_number(name: str, value: object, *, hint: str | None = None) -> float:
+    """The value as a float, NaN and infinity included; refuses what is not a real number."""
+    if isinstance(value, str | bytes | complex):
+        raise InputError(f"{name} must be a number, got {value!r}", hint=hint)
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} must be a number, got {value!r}", hint=hint) from error
+
+
 class BlowUpError(PmeshError, ArithmeticError):
     """A running computation broke; ``kept`` says where the last good state is."""
 

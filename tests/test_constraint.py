@@ -343,3 +343,10 @@ def test_the_indicator_is_among_the_fields():
     area = chi.sum() * state.grid.cell_volume
     inner = math.sqrt(area / math.pi)
     assert 1.0 < (1 - inner) / state.grid.spacing < 1.6, "drawn in by the wall's offset"
+
+
+def test_the_impulse_tells_no_force_while_vorticity_leaves_a_fixed_mesh():
+    grown, state = after(past(), 0.1, 6)[-1], after(past(domain="fixed"), 0.1, 6)[-1]
+    assert math.isfinite(grown.impulse_force[0])
+    assert math.isnan(state.impulse_force[0])
+    assert math.isfinite(state.loads[0].force[0])

@@ -13,7 +13,7 @@ from pmesh.vortex.exact.patches import EllipticVortex, PerlmanPatch
 from pmesh.vortex.exact.viscous import LambOseen, TaylorGreen
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.state import State
-from remesh.errors import PmeshError
+from remesh.errors import BlowUpError, InputError, PmeshError
 from remesh.grid import Grid
 
 
@@ -400,3 +400,19 @@ def test_the_fields_of_a_flow_are_its_vorticity_and_velocity():
     assert set(found) == {"vorticity", "velocity"}
     assert found["velocity"].shape == (2, 32, 32)
     np.testing.assert_array_equal(found["velocity"], flow.velocity(state))
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.1, math.nan, math.inf])
+def test_a_step_of_no_time_or_no_number_is_refused(dt):
+    grid = Grid((32, 32), 1 / 16, (-1.0, -1.0))
+    flow = VortexFlow(grid=grid)
+    with pytest.raises(InputError, match="dt must be positive and finite"):
+        flow.step(flow.start(), dt)
+
+
+def test_a_step_that_would_leave_the_mesh_far_behind_is_a_blow_up():
+    grid = Grid((32, 32), 1 / 16, (-1.0, -1.0))
+    flow = VortexFlow(grid=grid, freestream=(1.0, 0.0))
+    state = flow.start(vorticity=LambOseen(circulation=1.0, core=0.3).vorticity)
+    with pytest.raises(BlowUpError, match="times the mesh"):
+        flow.step(state, 1e6)

@@ -66,3 +66,12 @@ def test_a_row_of_the_ledger_holds_finite_numbers():
     ]  # fmt: skip
     assert all(math.isfinite(value) for value in row.values())
     assert row["nodes"] == 96 * 80
+
+
+def test_moments_about_a_periodic_coordinate_are_no_numbers():
+    channel = Grid((32, 32), 1 / 16, boundary=("periodic", "unbounded"))
+    w = np.ones(channel.shape)
+    along, across = ledger.impulse(w, channel)
+    assert math.isfinite(along)  # its lever is y, which is unbounded
+    assert math.isnan(across)
+    assert math.isnan(ledger.angular_moment(w, channel))

@@ -193,5 +193,5 @@ def test_bodies_that_overlap_are_one():
 @pytest.mark.parametrize("name", ["strength", "width", "tolerance", "iterations"])
 @pytest.mark.parametrize("value", [0, -1, np.nan, np.inf])
 def test_a_penalisation_that_cannot_hold_is_refused(name, value):
-    with pytest.raises(InputError, match=f"penalisation {name} must be positive"):
+    with pytest.raises(InputError, match=f"penalisation {name} must be a"):
         Penalisation(**{name: value})

@@ -17,6 +17,10 @@ from remesh.kernels import get_kernel
 
 GRID = Grid((32, 32), 1 / 8, (-2.0, -2.0))
 DISK = RigidBody(Disk(radius=0.6))
+FINE = Grid((128, 128), 1 / 32, (-2.0, -2.0))
+THIN = Box(size=(1.5, 0.05)).moved(angle=math.pi / 4)  # its bounds are a square
+WRAPPED = Grid((32, 32), 1 / 8, (-2.0, -2.0), "periodic")
+EDGED = RigidBody(Disk(radius=0.6, center=(1.2, 0.0)))  # touches the last nodes
 
 
 def flow(**options: object) -> VortexFlow:
@@ -52,8 +56,17 @@ def test_a_kernel_of_ones_own_is_as_good_as_a_name():
         ({"penalisation": 1e3}, "must be a Penalisation"),
         ({"bodies": DISK}, "bodies must be a list"),
         ({"grid": (32, 32)}, "needs a 2-D grid"),
-        ({"bodies": [RigidBody(Box(size=(3.0, 0.5)))]}, "thinner than 8 spacings"),
+        ({"bodies": [RigidBody(Box(size=(3.0, 0.5)))]}, "spacings thick, needs 8"),
         ({"bodies": [RigidBody(Disk(radius=0.6, center=(1.5, 0)))]}, "outside the domain"),
+        ({"bodies": [RigidBody(Disk(radius=0.6) - Disk(radius=0.9))]}, "spacings thick, needs 8"),
+        ({"bodies": [RigidBody(THIN)], "grid": FINE}, "spacings thick, needs 8"),
+        ({"bodies": [DISK], "grid": WRAPPED}, "need an unbounded axis"),
+        ({"bodies": [EDGED], "domain": "fixed"}, "nodes to the edges of a fixed domain"),
+        ({"viscosity": "water"}, "viscosity must be a number, got 'water'"),
+        ({"viscosity": None}, "viscosity must be a number"),
+        ({"deformation": "small"}, "deformation must be a number"),
+        ({"radius": "wide"}, "radius must be a number"),
+        ({"threads": 0}, "threads must be"),
     ],
 )
 def test_what_cannot_run_is_refused_with_advice(options, text):
@@ -81,3 +94,26 @@ def test_an_array_given_to_start_may_change_afterwards():
     state = flow().start(vorticity=values)
     values[:] = 7
     assert state.vorticity.max() == 1
+
+
+def test_complex_vorticity_is_refused():
+    with pytest.raises(InputError, match="must hold real numbers, got complex128"):
+        checked_vorticity(np.zeros(GRID.shape, complex), GRID, np.dtype(float))
+
+
+class Mutable:
+    """A body that is no value."""
+
+    ndim = 2
+    moving = False
+    __hash__ = None  # type: ignore[assignment]
+
+    def bounds(self, time):
+        return DISK.bounds(time)
+
+    distance = velocity = bounds
+
+
+def test_a_body_that_cannot_be_hashed_is_refused():
+    with pytest.raises(InputError, match=r"bodies\[0\] cannot be hashed"):
+        flow(bodies=[Mutable()])

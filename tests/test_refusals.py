@@ -170,11 +170,15 @@ at_once("a wind in space", "freestream must hold 2", lambda: vortices(freestream
 at_once("half precision", "dtype must be one of", lambda: vortices(dtype="float16"))
 at_once("a body outside the domain", "outside the domain", lambda: vortices(bodies=[FAR]))
 at_once("a body without viscosity", "0 here", lambda: vortices(viscosity=0, bodies=[BODY]))
-at_once("a body thinner than the mesh sees", "thinner", lambda: vortices(grid=GRID, bodies=[BODY]))
+at_once(
+    "a body thinner than the mesh sees",
+    "spacings thick",
+    lambda: vortices(grid=GRID, bodies=[BODY]),
+)
 at_once("a sphere in a plane", "3 dimensions", lambda: vortices(bodies=[RigidBody(Sphere(0.3))]))
 at_once("a shape for a body", "not a body", lambda: vortices(bodies=[Disk(radius=0.3)]))
 at_once("a body without shape", "needs a shape", lambda: RigidBody("disk"))  # type: ignore[arg-type]
-at_once("a penalisation of no strength", "must be positive", lambda: Penalisation(strength=0.0))
+at_once("a penalisation of no strength", "from 10", lambda: Penalisation(strength=0.0))
 at_once(
     "a start with nan",
     "vorticity must be finite, 1600 values are not",

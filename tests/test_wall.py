@@ -28,6 +28,10 @@ class Plate:
     def ndim(self) -> int:
         return 2
 
+    @property
+    def moving(self) -> bool:
+        return False
+
     def bounds(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return (0.0, self.low), ((NODES - 1) * H, self.high)
 

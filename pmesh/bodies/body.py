@@ -15,11 +15,18 @@ Array = NDArray[np.floating[Any]]
 
 
 class Body(Protocol):
-    """What a flow asks of a body: its distance, its velocity, and a box that holds it."""
+    """What a flow asks of a body: its distance, its velocity, and a box that holds it.
+
+    A value: equal bodies are the same body, so it must be hashable (a frozen dataclass).
+    """
 
     @property
     def ndim(self) -> int:
         """Number of dimensions."""
+
+    @property
+    def moving(self) -> bool:
+        """Whether its place, shape or velocity depends on the time."""
 
     def bounds(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Lower and upper corner of a box that holds the body at this time [L]."""
@@ -66,6 +73,11 @@ class RigidBody:
     def ndim(self) -> int:
         """Number of dimensions of the shape."""
         return self.shape.ndim
+
+    @property
+    def moving(self) -> bool:
+        """False: it is held in place."""
+        return False
 
     def bounds(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Lower and upper corner of a box that holds the body [L]."""

@@ -63,7 +63,8 @@ class Wall:
             offset = start_offset(settings.width, START_RATE, self.order, self.radius) - SHEET
         else:
             offset = wall_offset(settings.width, settings.strength, self.order, self.radius)
-        return mask_of(self.bodies, self.near, self.time, settings.width * h, offset * h)
+        time = self.time if any(body.moving for body in self.bodies) else 0.0
+        return mask_of(self.bodies, self.near, time, settings.width * h, offset * h)
 
     def start(self, velocity: Array, speed: float) -> tuple[Imposed, Array]:
         """Stop the slip of a given velocity [L/T] at once: the impulse, and its vorticity."""

@@ -21,7 +21,7 @@ from pmesh.vortex.recipe import checked_vorticity, validate
 from pmesh.vortex.schemes import SCHEMES, Carried, carry, on_mesh
 from pmesh.vortex.solvers import solver_for
 from pmesh.vortex.state import Load, State
-from remesh.errors import BlowUpError
+from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
 from remesh.nodes import sample_nodes
@@ -31,6 +31,8 @@ from remesh.stencils import max_gradient_norm
 Array = NDArray[np.floating[Any]]
 
 DEFAULT = Penalisation()
+EDGE = 3  # nodes from the edge of a fixed mesh within which vorticity is about to leave it
+FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +93,9 @@ class VortexFlow:
         return self._measured(state, self.velocity(state))
 
     def step(self, state: State, dt: float) -> State:
-        """The state one step of dt [T] later."""
+        """The state one step of dt [T] later; refuses a dt that is not positive and finite."""
+        if not (math.isfinite(dt) and dt > 0):
+            raise InputError(f"dt must be positive and finite, got {dt}", hint="flow.limit(state)")
         state = self._roomy(state, dt)
         half, velocity, given = self._first_half(state, dt)
         particles = _particles(half)
@@ -101,10 +105,7 @@ class VortexFlow:
         )  # fmt: skip
         moved = Carried(particles.strengths, displacement)
         after = self._second_half(half, moved, given, dt)
-        if self.bodies:
-            pushed = self._impulse_force(state, after.vorticity, dt)
-            after = replace(after, impulse_force=pushed)
-        return self._measured(after, velocity)
+        return self._measured(self._pushed(state, after, dt), velocity)
 
     def limit(self, state: State) -> Limit:
         """The largest step [T] that this state allows, and the rule that sets it.
@@ -144,7 +145,10 @@ class VortexFlow:
         """Forces on the bodies per unit density [L^3/T^2], means over the last step, and the slip.
 
         ``bodyN_force``: from the penalisation's momentum; ``impulse_force``: on all bodies, from
-        the rate of the vorticity's impulse. NaN at the start.
+        the rate of the vorticity's impulse, which the curl of the force changes by that momentum
+        and everything else must leave alone. It is NaN across a periodic axis, and while vorticity
+        leaves a fixed mesh; all are NaN at the start. ``slip``: velocity left in the bodies, root
+        mean square; ``slip_residual``: how far it is from the penalisation's own law.
         """
         if state.constraint is None:
             return {}
@@ -189,7 +193,8 @@ class VortexFlow:
             state,
             vorticity=vorticity,
             strengths=None if state.strengths is None else particles.strengths,
-            lost_circulation=state.lost_circulation + _cut(state.vorticity, vorticity, state.grid),
+            lost_circulation=state.lost_circulation
+            + ledger.cut(state.vorticity, vorticity, state.grid),
         )
         return half, velocity, given
 
@@ -213,7 +218,7 @@ class VortexFlow:
             impulse = imposed.impulse if given is None else imposed.impulse + given
             held, loads = wall.report(imposed, impulse / dt)
             after = replace(after, constraint=held, loads=loads)
-        lost = float(dropped - gone) + _cut(mesh, vorticity, grid)
+        lost = float(dropped - gone) + ledger.cut(mesh, vorticity, grid)
         after = replace(after, lost_circulation=state.lost_circulation + lost)
         return self._remeshed(after, moved, mesh, vorticity)
 
@@ -238,25 +243,28 @@ class VortexFlow:
         )  # fmt: skip
         return Carried(particles.strengths + change, particles.displacement)
 
-    def _impulse_force(self, before: State, vorticity: Array, dt: float) -> tuple[float, ...]:
-        """Force on all bodies [L^3/T^2] from the change of the vorticity's linear impulse.
-
-        The free stream (U, V) carries a circulation's impulse along at the rate (V, -U) times it.
-        """
-        old = ledger.impulse(before.vorticity, before.grid)
-        new = ledger.impulse(vorticity, before.grid)
-        total = 0.5 * (
-            ledger.circulation(before.vorticity, before.grid)
-            + ledger.circulation(vorticity, before.grid)
+    def _pushed(self, before: State, after: State, dt: float) -> State:
+        """The state with the force that its vorticity's impulse tells, if nothing left the mesh."""
+        if not self.bodies:
+            return after
+        if self.domain == "fixed" and room(after.vorticity, after.grid, EDGE, follow=False):
+            return replace(after, impulse_force=(math.nan, math.nan))
+        force = ledger.impulse_force(
+            before.vorticity, after.vorticity, after.grid, dt, self.freestream
         )
-        drift = (self.freestream[1] * total, -self.freestream[0] * total)
-        return tuple(d - (b - a) / dt for a, b, d in zip(old, new, drift, strict=True))
+        return replace(after, impulse_force=force)
 
     def _roomy(self, state: State, dt: float) -> State:
         """The state on a mesh with room for what the step does."""
         if self.domain == "fixed":
             return state
         reach = state.speed * dt + 6.0 * math.sqrt(2.0 * self.viscosity * dt)
+        if not reach < FARTHEST * max(state.grid.length):
+            raise BlowUpError(
+                f"a step of {dt:.3g} would carry vorticity {reach:.3g} far, "
+                f"{reach / max(state.grid.length):.3g} times the mesh",
+                hint="a smaller dt, or a smaller deformation",
+            )
         margin = math.ceil(reach / state.grid.spacing) + get_kernel(self.kernel).half_width + 2
         moving = state.displacement is not None
         shift = room(
@@ -268,14 +276,14 @@ class VortexFlow:
             return state
         vorticity = shift.field(state.vorticity)
         grid = shift.grid(state.grid)
-        cut = ledger.circulation(state.vorticity, state.grid) - ledger.circulation(vorticity, grid)
+        before = ledger.circulation(state.vorticity, state.grid)
         return replace(
             state,
             grid=grid,
             vorticity=vorticity,
             strengths=None if state.strengths is None else shift.field(state.strengths),
             displacement=None if state.displacement is None else shift.field(state.displacement),
-            lost_circulation=state.lost_circulation + cut,
+            lost_circulation=state.lost_circulation + before - ledger.circulation(vorticity, grid),
         )
 
     def _measured(self, state: State, velocity: Array) -> State:
@@ -310,13 +318,6 @@ def _particles(state: State) -> Carried:
     """The state's vorticity as particles, on their nodes unless they were not remeshed."""
     strengths = state.vorticity if state.strengths is None else state.strengths
     return Carried(strengths, state.displacement)
-
-
-def _cut(before: Array, after: Array, grid: Grid) -> float:
-    """Circulation that spread beyond the edges [L^2/T]."""
-    if before is after or all(grid.periodic):
-        return 0.0
-    return ledger.circulation(before, grid) - ledger.circulation(after, grid)
 
 
 def _largest(velocity: Array) -> float:

@@ -9,17 +9,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.penalise import Penalisation
+from pmesh.bodies.penalise import MARGIN, Penalisation, box_around
 from pmesh.spectral.symbols import Greens
 from pmesh.vortex.schemes import SCHEMES
-from remesh.errors import InputError
+from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
+from remesh._threads import thread_count
 
 if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow
 
 Array = NDArray[np.floating[Any]]
+
+DEEP = 4.0  # spacings from the surface to the middle of a body, at least
 
 
 def validate(flow: VortexFlow) -> None:
@@ -34,16 +37,18 @@ def validate(flow: VortexFlow) -> None:
             f"bodies must be a list of bodies, got {flow.bodies!r}", hint="bodies=[body]"
         )
     object.__setattr__(flow, "bodies", tuple(flow.bodies))
-    if not (math.isfinite(flow.viscosity) and flow.viscosity >= 0):
+    viscosity = as_number("viscosity", flow.viscosity, hint="viscosity=1/550")
+    if not (math.isfinite(viscosity) and viscosity >= 0):
         raise InputError(
             f"viscosity must be zero or positive, got {flow.viscosity}", hint="viscosity=1/550"
         )
     for name in ("deformation", "distortion", "largest_step"):
-        value = getattr(flow, name)
+        value = as_number(name, getattr(flow, name), hint=f"{name}=0.25")
         if math.isnan(value) or value <= 0:
             raise InputError(f"{name} must be positive, got {value}", hint=f"{name}=0.25")
     get_kernel(flow.kernel)
-    Greens(order=flow.order, radius=flow.radius)
+    Greens(order=flow.order, radius=as_number("radius", flow.radius, hint="radius=2.0"))
+    thread_count(flow.threads)
     _one_of("time_scheme", flow.time_scheme, SCHEMES)
     _one_of("remeshing", flow.remeshing, ("always", "distorted"))
     _one_of("domain", flow.domain, ("grow", "follow", "fixed"))
@@ -63,6 +68,10 @@ def checked_vorticity(
     if vorticity is None:
         return np.zeros(grid.shape, dtype)
     values = np.asarray(vorticity(grid.points()) if callable(vorticity) else vorticity)
+    if values.dtype.kind not in "fiub":
+        raise InputError(
+            f"vorticity must hold real numbers, got {values.dtype}", hint="an array of floats"
+        )
     if values.shape != grid.shape:
         raise InputError(
             f"vorticity must have the grid's shape {grid.shape}, got {values.shape}",
@@ -125,8 +134,39 @@ def _check_bodies(flow: VortexFlow) -> None:
                 f"outside the domain {low} to {high}",
                 hint="a larger grid, or another place for the body",
             )
-        if min(b - a for a, b in zip(first, last, strict=True)) < 8 * flow.grid.spacing:
+        try:
+            hash(body)
+        except TypeError as error:
             raise InputError(
-                f"bodies[{number}] is thinner than 8 spacings of {flow.grid.spacing:g}",
-                hint="a finer spacing",
+                f"bodies[{number}] cannot be hashed", hint="a frozen dataclass that holds tuples"
+            ) from error
+    _check_room(flow)
+
+
+def _check_room(flow: VortexFlow) -> None:
+    """Refuse bodies that the mesh cannot see, and boxes that the Poisson solve cannot serve."""
+    grid = flow.grid
+    if all(grid.periodic):
+        raise InputError(
+            "bodies need an unbounded axis, all axes of the grid are periodic",
+            hint='boundary=("unbounded", "periodic")',
+        )
+    reach = flow.penalisation.width * grid.spacing
+    box = box_around(flow.bodies, grid, 0.0, reach)
+    for number, body in enumerate(flow.bodies):
+        depth = -float(body.distance(box.points(), 0.0).min()) / grid.spacing
+        if depth < DEEP:
+            raise InputError(
+                f"bodies[{number}] is {max(2 * depth, 0):.1f} spacings thick, needs {2 * DEEP:g}",
+                hint=f"a spacing below {grid.spacing * max(depth, 0.5) / DEEP:.3g}",
+            )
+    if flow.domain != "fixed":
+        return
+    for axis, wraps in enumerate(grid.periodic):
+        low = (box.origin[axis] - grid.origin[axis]) / grid.spacing
+        if not wraps and not -0.5 < low < grid.shape[axis] - box.shape[axis] + 0.5:
+            raise InputError(
+                f"bodies need {reach / grid.spacing + MARGIN:.3g} nodes to the edges of a fixed "
+                f"domain, they have fewer along axis {axis}",
+                hint='a larger grid, or domain="grow"',
             )
