@@ -4,6 +4,7 @@ import importlib
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from pmesh.run.loop import run
 from pmesh.run.series import read_series
 from pmesh.run.snapshots import Snapshots, read_snapshots
 from pmesh.run.watchers import Forces, Ledger
+from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.limits import Limit, tightest
 from remesh.errors import BlowUpError, InputError, StorageError
 from remesh.grid import Grid
@@ -154,6 +156,73 @@ def test_a_blow_up_without_a_directory_keeps_the_last_good_state_in_the_error() 
     with pytest.raises(BlowUpError, match="the error's `state`") as caught:
         run(flow, flow.start(), until=1.0)
     assert caught.value.state.step == 2
+
+
+@pytest.mark.parametrize(
+    ("error", "problem", "hint"),
+    [
+        (InputError("displacement must be finite", hint="look"), "displacement must be .*", "look"),
+        (
+            OverflowError("too large"),
+            r"the numbers broke \(OverflowError: too large\)",
+            "a smaller",
+        ),
+        (MemoryError("Unable to allocate 2 TiB"), r"the memory does not .*2 TiB\)", "a smaller s"),
+        (MemoryError(), "the memory is full", "a smaller step, or a mesh of fewer nodes"),
+    ],
+)
+def test_a_step_that_cannot_be_taken_is_a_blow_up_with_its_cause(
+    tmp_path: Path, error: Exception, problem: str, hint: str
+) -> None:
+    flow = Decay(grid=SQUARE)
+    step = flow.step
+
+    def break_third(state: ToyState, dt: float) -> ToyState:
+        if state.step == 2:
+            raise error
+        return step(state, dt)
+
+    object.__setattr__(flow, "step", break_third)
+    with pytest.raises(BlowUpError) as caught:
+        run(flow, flow.start(), until=1.0, out=tmp_path, watch=watch())
+    assert re.match(
+        rf"{problem} after step 3 \(t = 0\.\d+\); dt = \d\.\d+ was set by the \w+ rule\.\n"
+        rf"  Last good state: \S+/checkpoint\.h5\.  try: {hint}",
+        str(caught.value),
+    )
+    assert caught.value.__cause__ is error
+    assert checkpoint.load(tmp_path / "checkpoint.h5", like=flow.start()).step == 2
+
+
+def test_vortices_too_strong_for_their_step_are_a_blow_up() -> None:
+    grid = Grid((32, 32), 1 / 16, (-1.0, -1.0))
+    x, y = grid.points()
+    flow = VortexFlow(grid=grid, domain="fixed", deformation=1e300)
+    state = flow.start(vorticity=1e14 * np.exp(-(x**2 + y**2) / 0.02))
+    object.__setattr__(flow, "limit", lambda state: Limit(np.inf, "none"))
+    with pytest.raises(BlowUpError, match=r"displacement must be finite.*step 1 .*given rule"):
+        run(flow, state, until=2.0, dt=1.0)
+
+
+def test_a_bug_in_a_step_is_not_called_a_blow_up() -> None:
+    flow = Decay(grid=SQUARE)
+    object.__setattr__(flow, "step", lambda state, dt: state + dt)
+    with pytest.raises(TypeError):
+        run(flow, flow.start(), until=1.0)
+
+
+def test_the_first_error_is_the_one_reported(tmp_path: Path, monkeypatch: Any) -> None:
+    flow = Decay(grid=SQUARE, breaks_at=2)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError("no space left on device")
+
+    def fill(moment: Any) -> None:
+        if moment.step == 1:
+            monkeypatch.setattr(checkpoint, "save", full)
+
+    with pytest.raises(BlowUpError, match="vorticity is not finite"):
+        run(flow, flow.start(), until=1.0, out=tmp_path, watch=[fill])
 
 
 def test_a_limit_of_zero_or_nan_ends_the_run_with_its_rule() -> None:

@@ -39,8 +39,9 @@ def run(
     parameters, so that ``resume=True``, which goes on from the checkpoint in the directory ``out``,
     repeats an unbroken run bit for bit. ``out`` receives ``series.csv``, what the watchers write
     and, every ``checkpoint_every`` seconds of work, ``checkpoint.h5``. Refuses an ``out`` with
-    another run in it unless ``overwrite=True``. A state that is not finite raises a BlowUpError,
-    whose ``state`` is the last good one; on any failure, and on Ctrl-C, the checkpoint holds that.
+    another run in it unless ``overwrite=True``. A step that cannot be taken, for its numbers or the
+    memory, or whose state is not finite, raises a BlowUpError that names it, whose ``state`` is the
+    last good one; on any failure, and on Ctrl-C, the checkpoint holds that.
     """
     ceiling = _checked(until, dt, checkpoint_every)
     folder = None if out is None else RunFolder(Path(out), resume=resume, overwrite=overwrite)
@@ -101,8 +102,9 @@ class _Journey(Generic[S]):
         try:
             with np.errstate(all="ignore"):  # what overflows is found just below, and named
                 new: S = tree.settled(self.flow.step(state, step.dt))
-        except BlowUpError as error:
-            raise self.blown_up(state, error.problem, step, error.hint) from error
+        except (InputError, ArithmeticError, MemoryError) as error:  # ours and what numbers do
+            problem, hint = _told(error)
+            raise self.blown_up(state, problem, step, hint) from error
         if bad := tree.first_not_finite(new):
             raise self.blown_up(state, f"{bad} is not finite", step)
         if new.step != state.step + 1 or not arrives(new.time, state.time + step.dt, step.dt):
@@ -165,7 +167,7 @@ class _Journey(Generic[S]):
             self.save()
             raise KeyboardInterrupt(self.farewell()) from None
         except BaseException:
-            with contextlib.suppress(PmeshError):  # the first error is the one to report
+            with contextlib.suppress(PmeshError, OSError, MemoryError):  # the first is reported
                 self.save()
             raise
         finally:
@@ -203,6 +205,16 @@ class _Journey(Generic[S]):
         )
         error.state = state
         return error
+
+
+def _told(error: Exception) -> tuple[str, str | None]:
+    """What broke inside a step, and what to do."""
+    if isinstance(error, PmeshError):
+        return error.problem, error.hint
+    if isinstance(error, MemoryError):
+        said = f"the memory does not suffice ({error})" if str(error) else "the memory is full"
+        return said, "a smaller step, or a mesh of fewer nodes"
+    return f"the numbers broke ({type(error).__name__}: {error})", None
 
 
 def _checked(until: float, dt: float | None, checkpoint_every: float) -> Limit:
