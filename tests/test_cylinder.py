@@ -111,7 +111,7 @@ def pretend(case: Cylinder) -> SimpleNamespace:
     drag = np.concatenate([[math.nan], drag])
     series = {
         "time": time, "dt": np.full_like(time, dt), "body0_force_x": drag,
-        "impulse_force_x": 1.001 * drag, "slip_residual": np.full_like(time, 5e-6),
+        "impulse_force_x": 1.001 * drag, "slip_residual": np.full_like(time, 5e-7),
         "slip": np.full_like(time, 1e-3),
     }  # fmt: skip
     return SimpleNamespace(series=series)

@@ -62,7 +62,7 @@ class Cylinder(Case):
     kernel: str = option("M6'", "remeshing kernel")
     strength: float = option(1000.0, "penalisation lambda h^2 / nu")
     width: float = option(1.5, "half width of the body's indicator", unit="h")
-    tolerance: float = option(1e-5, "slip residual of the penalisation", unit="U")
+    tolerance: float = option(1e-6, "slip residual of the penalisation", unit="U")
     every: float = option(0.5, "time between snapshots", unit="R/U")
 
     title: ClassVar[str] = "Impulsively started cylinder"
