@@ -15,7 +15,7 @@ from pmesh.vortex.schemes import SCHEMES
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
-from remesh._threads import thread_count
+from remesh.threads import thread_count
 
 if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow
