@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
-from levelset.shape import Array, Bounds, Shape
+from levelset.shape import Array, Bounds, Shape, vector
 from remesh.errors import InputError
 
 Corner = tuple[float, float]
@@ -24,14 +25,15 @@ class Polygon(Shape):
 
     def __post_init__(self) -> None:
         """Refuse fewer than 3 corners, repeated ones, and sides that meet."""
-        corners = tuple((float(x), float(y)) for x, y in self.corners)
-        object.__setattr__(self, "corners", corners)
-        sides = self._sides()
-        if len(corners) < 3 or not all(map(math.isfinite, sum(corners, ()))):
+        given = list(self.corners) if isinstance(self.corners, Iterable) else []
+        corners = [vector(f"Polygon: corner {i}", corner, 2) for i, corner in enumerate(given)]
+        if len(corners) < 3:
             raise InputError(
-                f"Polygon: needs at least 3 finite corners, got {corners}",
+                f"Polygon: needs at least 3 corners, got {self.corners!r}",
                 hint="Polygon(((0, 0), (1, 0), (0, 1)))",
             )
+        object.__setattr__(self, "corners", tuple(corners))
+        sides = self._sides()
         if any(a == b for a, b in sides) or self.volume == 0.0:
             raise InputError("Polygon: repeated corners or no area", hint="each corner once")
         count = len(sides)

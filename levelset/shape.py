@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from remesh.errors import InputError
+from remesh.errors import InputError, as_number
 
 Array = NDArray[np.floating[Any]]
 Point = tuple[float, ...]
@@ -83,10 +83,12 @@ class Shape(ABC):
 
         In 3-D the angle is a rotation vector: its direction is the axis, its length the angle.
         """
-        turn = (float(angle),) if isinstance(angle, int | float) else tuple(angle)
+        given = (angle,) if isinstance(angle, int | float | np.number) else angle
+        turn = vector("angle", given, 1, 3)
         if self.ndim == 3 and turn == (0.0,):
             turn = (0.0, 0.0, 0.0)
-        return Moved(self, (0.0,) * self.ndim if shift is None else tuple(shift), turn)
+        way = vector("shift", (0.0,) * self.ndim if shift is None else shift, self.ndim)
+        return Moved(self, way, turn)
 
 
 @dataclass(frozen=True)
@@ -169,15 +171,8 @@ class Moved(Shape):
 
     def __post_init__(self) -> None:
         """Refuse a shift or an angle of the wrong length, or not finite."""
-        for name, given, count in (
-            ("shift", self.shift, self.ndim),
-            ("angle", self.angle, 1 if self.ndim == 2 else 3),
-        ):
-            if len(given) != count or not all(math.isfinite(x) for x in given):
-                raise InputError(
-                    f"{name} must hold {count} finite number(s) in {self.ndim}-D, got {given}",
-                    hint=f"{name}={0.0 if count == 1 else (0.0,) * count}",
-                )
+        store_vector(self, "shift", self.ndim)
+        store_vector(self, "angle", 1 if self.ndim == 2 else 3)
 
     @property
     def ndim(self) -> int:
@@ -231,22 +226,42 @@ def box_around(center: Point, half: Point) -> Bounds:
     return lower, tuple(c + a for c, a in zip(center, half, strict=True))
 
 
-def refuse_not_positive(shape: Shape, **lengths: float) -> None:
-    """Refuse lengths that are not positive."""
-    for name, value in lengths.items():
-        if not (math.isfinite(value) and value > 0):
-            raise InputError(
-                f"{type(shape).__name__}: {name} must be a positive length, got {value}",
-                hint=f"{type(shape).__name__}(...) with lengths above zero",
-            )
+def vector(name: str, given: Any, *counts: int) -> Point:
+    """The given numbers as plain floats; refuses all but as many finite ones as asked."""
+    asked = f"{name} must hold {' or '.join(map(str, counts))} finite number"
+    asked += "" if counts == (1,) else "s"
+    hint = f"{0.0 if counts == (1,) else (0.0,) * counts[0]}"
+    try:
+        parts = tuple(given)
+    except TypeError as error:
+        raise InputError(f"{asked}, got {given!r}", hint=hint) from error
+    numbers = tuple(as_number(f"{name}[{i}]", part, hint=hint) for i, part in enumerate(parts))
+    if len(numbers) not in counts or not all(map(math.isfinite, numbers)):
+        raise InputError(f"{asked}, got {given}", hint=hint)
+    return numbers
 
 
-def plain_vector(shape: Shape, name: str, count: int) -> None:
-    """Store a vector as plain floats; refuse one of the wrong length or not finite."""
+def store_vector(shape: Shape, name: str, *counts: int) -> None:
+    """Store a vector as plain floats: shapes of equal numbers are equal, and can be hashed."""
     given = getattr(shape, name)
-    if len(given) != count or not all(math.isfinite(x) for x in given):
-        raise InputError(
-            f"{type(shape).__name__}: {name} must hold {count} finite numbers, got {given}",
-            hint=f"{name}={(0.0,) * count}",
-        )
-    object.__setattr__(shape, name, tuple(float(x) for x in given))
+    object.__setattr__(shape, name, vector(f"{type(shape).__name__}: {name}", given, *counts))
+
+
+def store_lengths(shape: Shape, *names: str) -> None:
+    """Store lengths as plain floats; refuses what is not positive."""
+    for name in names:
+        told, hint = f"{type(shape).__name__}: {name}", f"{name}=0.5"
+        object.__setattr__(shape, name, as_number(told, getattr(shape, name), hint=hint))
+        _refuse_not_positive(told, getattr(shape, name), hint)
+
+
+def store_sides(shape: Shape, name: str, *counts: int) -> None:
+    """Store a vector of lengths as plain floats; refuses what is not positive."""
+    store_vector(shape, name, *counts)
+    for i, side in enumerate(getattr(shape, name)):
+        _refuse_not_positive(f"{type(shape).__name__}: {name}[{i}]", side, f"{name}=(2.0, 1.0)")
+
+
+def _refuse_not_positive(told: str, length: float, hint: str) -> None:
+    if not (math.isfinite(length) and length > 0):
+        raise InputError(f"{told} must be a positive length, got {length}", hint=hint)

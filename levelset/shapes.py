@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,9 +19,10 @@ from levelset.shape import (
     Union,
     box_around,
     length_of,
-    plain_vector,
-    refuse_not_positive,
     seen_from,
+    store_lengths,
+    store_sides,
+    store_vector,
 )
 from remesh.errors import InputError
 
@@ -50,8 +50,8 @@ class Disk(Shape):
 
     def __post_init__(self) -> None:
         """Refuse a radius that is not positive and a centre of another dimension."""
-        refuse_not_positive(self, radius=self.radius)
-        plain_vector(self, "center", 2)
+        store_lengths(self, "radius")
+        store_vector(self, "center", 2)
 
     @property
     def ndim(self) -> int:
@@ -85,8 +85,8 @@ class Sphere(Shape):
 
     def __post_init__(self) -> None:
         """Refuse a radius that is not positive and a centre of another dimension."""
-        refuse_not_positive(self, radius=self.radius)
-        plain_vector(self, "center", 3)
+        store_lengths(self, "radius")
+        store_vector(self, "center", 3)
 
     @property
     def ndim(self) -> int:
@@ -115,12 +115,10 @@ class Box(Shape):
 
     def __post_init__(self) -> None:
         """Refuse sides that are not 2 or 3 positive lengths."""
-        if not isinstance(self.size, Sequence) or len(self.size) not in (2, 3):
-            raise InputError(f"Box: size must hold 2 or 3 lengths, got {self.size}", hint="(2, 1)")
-        refuse_not_positive(self, **{f"size[{i}]": side for i, side in enumerate(self.size)})
+        store_sides(self, "size", 2, 3)
         if self.center is None:
             object.__setattr__(self, "center", (0.0,) * len(self.size))
-        plain_vector(self, "center", len(self.size))
+        store_vector(self, "center", len(self.size))
 
     @property
     def ndim(self) -> int:
@@ -157,10 +155,8 @@ class Ellipse(Shape):
 
     def __post_init__(self) -> None:
         """Refuse half axes that are not two positive lengths."""
-        if not isinstance(self.axes, Sequence) or len(self.axes) != 2:
-            raise InputError(f"Ellipse: axes must hold 2 half axes, got {self.axes}", hint="(2, 1)")
-        refuse_not_positive(self, **{f"axes[{i}]": half for i, half in enumerate(self.axes)})
-        plain_vector(self, "center", 2)
+        store_sides(self, "axes", 2)
+        store_vector(self, "center", 2)
 
     @property
     def ndim(self) -> int:
@@ -211,8 +207,8 @@ class SlottedDisk(Shape):
 
     def __post_init__(self) -> None:
         """Refuse a slot that is wider than the disk, or does not end inside it."""
-        refuse_not_positive(self, radius=self.radius, width=self.width, depth=self.depth)
-        plain_vector(self, "center", 2)
+        store_lengths(self, "radius", "width", "depth")
+        store_vector(self, "center", 2)
         half = 0.5 * self.width
         if (
             half >= self.radius

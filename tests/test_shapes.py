@@ -196,13 +196,13 @@ def test_the_union_is_exact_outside_and_a_bound_inside():
         (lambda: Disk(math.nan), "radius must be a positive length, got nan"),
         (lambda: Disk(1.0, center=(0, 0, 0)), "center must hold 2 finite numbers"),
         (lambda: Sphere(1.0, center=(0, math.inf, 0)), "center must hold 3 finite numbers"),
-        (lambda: Box((1.0,)), "size must hold 2 or 3 lengths"),
+        (lambda: Box((1.0,)), "size must hold 2 or 3 finite numbers"),
         (lambda: Box((1.0, 0.0)), r"size\[1\] must be a positive length"),
-        (lambda: Ellipse((1.0, 2.0, 3.0)), "axes must hold 2 half axes"),
+        (lambda: Ellipse((1.0, 2.0, 3.0)), "axes must hold 2 finite numbers"),
         (lambda: SlottedDisk(radius=1.0, width=2.5, depth=1.0), "must end inside the disk"),
         (lambda: SlottedDisk(radius=1.0, width=0.5, depth=2.5), "must end inside the disk"),
         (lambda: SlottedDisk(radius=1.0, width=0.5, depth=0.01), "must end inside the disk"),
-        (lambda: Polygon(((0, 0), (1, 0))), "at least 3 finite corners"),
+        (lambda: Polygon(((0, 0), (1, 0))), "at least 3 corners"),
         (lambda: Polygon(((0, 0), (2, 2), (2, 0), (0, 1))), "sides 0 and 2 meet"),
         (lambda: Polygon(((0, 0), (1, 1), (2, 2))), "repeated corners or no area"),
         (lambda: Disk(1.0) | Sphere(1.0), "2 and 3 dimensions cannot be joined"),
@@ -211,11 +211,52 @@ def test_the_union_is_exact_outside_and_a_bound_inside():
         (lambda: Disk(1.0).moved(angle=(0, 0, 1)), "angle must hold 1 finite"),
         (lambda: Disk(1.0).distance(np.zeros((5, 2))), r"must have shape \(2, ...\), got \(5, 2\)"),
         (lambda: (Disk(1.0) & Disk(1.0, center=(9, 0))).bounds(), "intersection is empty"),
+        (lambda: Disk(radius="a"), "Disk: radius must be a number, got 'a'"),
+        (lambda: Disk(radius=(1.0, 2.0)), "Disk: radius must be a number"),
+        (lambda: Disk(0.5, center=3), "Disk: center must hold 2 finite numbers, got 3"),
+        (lambda: Disk(0.5, center=(0, None)), r"Disk: center\[1\] must be a number, got None"),
+        (lambda: Sphere(None), "Sphere: radius must be a number, got None"),
+        (lambda: Box(1.0), "Box: size must hold 2 or 3 finite numbers, got 1.0"),
+        (lambda: Ellipse("ab"), r"Ellipse: axes\[0\] must be a number, got 'a'"),
+        (lambda: SlottedDisk(width=[5.0]), "SlottedDisk: width must be a number"),
+        (lambda: Disk(1.0).moved(1.0), "shift must hold 2 finite numbers, got 1.0"),
+        (lambda: Disk(1.0).moved(angle="left"), r"angle\[0\] must be a number, got 'l'"),
+        (lambda: Sphere(1.0).moved(angle=0.5), "angle must hold 3 finite numbers"),
+        (lambda: Polygon((1, 2, 3)), "Polygon: corner 0 must hold 2 finite numbers, got 1"),
+        (lambda: Polygon(np.ones((4, 3))), "Polygon: corner 0 must hold 2 finite numbers"),
+        (lambda: Polygon(7), "Polygon: needs at least 3 corners, got 7"),
     ],
 )
 def test_what_cannot_be_a_shape_is_refused(make, said):
     with pytest.raises(InputError, match=said):
         make()
+
+
+@pytest.mark.parametrize("kind", [tuple, list, np.array, np.float32])
+def test_shapes_of_equal_numbers_are_equal_and_can_be_hashed_however_given(kind):
+    made = [
+        Disk(kind(0.5) if kind is np.float32 else 0.5, center=kind([1.0, 0.5])),
+        Sphere(0.5, center=kind([1.0, 0.5, 0.0])),
+        Box(kind([1.0, 2.0])),
+        Box(kind([1.0, 2.0, 0.5]), center=kind([0.0, 0.0, 1.0])),
+        Ellipse(kind([0.5, 0.75])),
+        Polygon(kind([(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)])),
+        Disk(0.5).moved(kind([1.0, 0.0]), np.float32(0.5)),
+        Sphere(0.5).moved(kind([1.0, 0.0, 0.0]), kind([0.0, 0.0, 0.5])),
+    ]
+    plain = [
+        Disk(0.5, center=(1.0, 0.5)),
+        Sphere(0.5, center=(1.0, 0.5, 0.0)),
+        Box((1.0, 2.0)),
+        Box((1.0, 2.0, 0.5), center=(0.0, 0.0, 1.0)),
+        Ellipse((0.5, 0.75)),
+        Polygon(((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))),
+        Disk(0.5).moved((1.0, 0.0), 0.5),
+        Sphere(0.5).moved((1.0, 0.0, 0.0), (0.0, 0.0, 0.5)),
+    ]
+    assert made == plain
+    assert [hash(shape) for shape in made] == [hash(shape) for shape in plain]
+    assert all("np." not in repr(shape) for shape in made)
 
 
 def test_sides_on_one_line_may_be_parts_of_one_polygon():
