@@ -126,8 +126,9 @@ FAULTS = [
         "constraint",
     ),
     Fault(
-        "drag by impulse that forgets the drift of circulation", "pmesh/vortex/flow.py",
-        "return tuple(d - (b - a) / dt", "return tuple(0 * d - (b - a) / dt", "constraint",
+        "drag by impulse that forgets the drift of circulation", "pmesh/vortex/ledger.py",
+        "total = 0.5 * (circulation(before, grid) + circulation(after, grid))", "total = 0.0",
+        "ledger constraint",
     ),
     Fault(
         "a force that forgets the body's own velocity", "pmesh/bodies/penalise.py",
