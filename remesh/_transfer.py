@@ -16,22 +16,27 @@ NOT_A_NUMBER = -2
 
 
 @njit(cache=True, nogil=True)
-def locate(first, pieces, step, size, positions, origin, scale, shape, periodic, bands, home):
-    """Band of each particle's home row, or a negative mark; a cell's width is ``1 / scale[0]``."""
+def locate(
+    first, pieces, step, size, positions, origin, slack, scale, shape, periodic, bands, home
+):
+    """Band of each particle's home row, or a negative mark; a cell's width is ``1 / scale[0]``.
+
+    Within ``slack`` cells of an unbounded edge a particle counts as inside.
+    """
     ndim = positions.shape[1]
     far = scale[2]
     for piece in range(first, pieces, step):
         for n in range(piece * size, min((piece + 1) * size, positions.shape[0])):
             mark = 0
             for axis in range(ndim):
-                x = (positions[n, axis] - origin[axis]) * scale[0]
+                x = scale.dtype.type(positions[n, axis] - origin[axis]) * scale[0]
                 if not abs(x) < far:
                     mark = NOT_A_NUMBER
-                elif not periodic[axis] and not (x >= 0 and x <= shape[axis] - 1):
+                elif not periodic[axis] and not (x >= -slack and x <= shape[axis] - 1 + slack):
                     mark = min(mark, OUTSIDE)
                 if axis == 0 and mark == 0:
                     row = np.int64(np.floor(x))
-                    mark = bands[row % shape[0]]
+                    mark = bands[row % shape[0] if periodic[0] else max(row, 0)]
             home[n] = mark
 
 
@@ -54,7 +59,7 @@ def sort(home, bands, starts, order):
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def load(order, begin, end, positions, axis, origin, buffer):
-    """Distances of some particles from the first node along one axis."""
+    """Distances of some particles from the first node along one axis, rounded only then."""
     for n in range(begin, end):
         buffer[n - begin] = positions[order[n], axis] - origin[axis]
 

@@ -46,6 +46,9 @@ def p2m(
     ``grid.shape`` or ``(c, *grid.shape)``. Conserves the kernel's moments (periodic axes wrap;
     stencil parts beyond an unbounded edge are lost: `remesh` counts them). The adjoint of `m2p`:
     sum(p2m(q) g) h^ndim = sum(q m2p(g)). Same bits for any number of threads.
+    float32 strengths give a float32 field, all others float64. Positions have a precision of their
+    own: the origin is subtracted in it, and only what is left takes that of the field; far from
+    zero give them in float64. Within round-off of an edge a particle is inside.
     Refuses values that are not finite, and particles outside the box unless ``outside="drop"``.
     """
     return _spread(positions, strengths, grid, kernel, outside, threads).field
@@ -80,8 +83,8 @@ def m2p(
 
     ``field`` ``grid.shape`` or ``(c, *grid.shape)``, ``positions`` ``(n, ndim)`` [L]; returns
     ``(n,)`` or ``(n, c)``. The field is zero beyond an unbounded edge. Exact for polynomials of
-    degree kernel.moments where the stencil is inside. Refuses particles outside the box;
-    with ``outside="drop"`` their values are zero.
+    degree kernel.moments where the stencil is inside. Precision as in `p2m`, that of the field.
+    Refuses particles outside the box; with ``outside="drop"`` their values are zero.
     """
     values = np.asarray(field)
     if values.shape[-grid.ndim :] != grid.shape or values.ndim not in (grid.ndim, grid.ndim + 1):
@@ -128,14 +131,14 @@ class _Plan:
                 hint="positions.T" if swapped else "one row per particle",
             )
         self.dtype = dtype
-        self.positions = np.ascontiguousarray(points, dtype)
+        self.positions = np.ascontiguousarray(points, _dtype(points))
         self.threads = thread_count(threads)
         coeffs = table(found, dtype)
         taps = (0,) * found.width
         scale = np.array([1 / grid.spacing, 0.5, FAR], dtype)
         mid = taps if grid.ndim == 3 else (0,)
         self.shape = (scale, coeffs.ravel(), taps, mid, (0,) * coeffs.shape[2])
-        self.origin = np.array(grid.origin, dtype)
+        self.origin = np.array(grid.origin, self.positions.dtype)
         self.periodic = np.array([grid.periodic[0], grid.periodic[-2], grid.periodic[-1]])
         self.layout = (-1, grid.shape[0], *(grid.shape[1:-1] or (1,)), grid.shape[-1])
         count = min(grid.shape[0] // found.width, PIECES)
@@ -152,7 +155,8 @@ class _Plan:
         self.home = np.empty(n, np.int32)
         share(
             _transfer.locate, self.pieces, self.threads, self.piece, self.positions, self.origin,
-            self.shape[0], np.array(grid.shape), np.array(grid.periodic), band_of_row, self.home,
+            self._slack(grid), self.shape[0], np.array(grid.shape), np.array(grid.periodic),
+            band_of_row, self.home,
         )  # fmt: skip
         lowest = int(self.home.min(initial=0))
         if lowest == _transfer.NOT_A_NUMBER:
@@ -167,6 +171,12 @@ class _Plan:
                 f"{self.positions[np.argmax(self.home < 0)].tolist()}",
                 hint="a larger grid, or outside='drop'",
             )
+
+    def _slack(self, grid: Grid) -> float:
+        """Round-off of positions on this mesh [cells]: its own nodes lie inside."""
+        ends = [abs(x) + side for x, side in zip(grid.origin, grid.length, strict=True)]
+        place = float(np.finfo(self.positions.dtype).eps) * max(ends) / grid.spacing
+        return min(0.5, 4.0 * (place + float(np.finfo(self.dtype).eps) * max(grid.shape)))
 
 
 def _spread(

@@ -147,6 +147,40 @@ def test_single_precision_follows_double(grid):
     assert np.abs(single - double).max() <= 2e-5 * np.abs(double).max()
 
 
+@pytest.mark.parametrize("ndim", [2, 3])
+def test_single_strengths_keep_positions_far_from_zero(ndim):
+    h = 1 / 4096
+    grid = Grid((24, 20, 22)[:ndim], h, origin=(100.0, -100.0, 50.0)[:ndim])
+    x = cloud(grid, 200, margin=4)
+    q = (1 + np.random.default_rng(7).random(200)).astype(np.float32)
+    density = p2m(x, q, grid, "M6'").astype(float)
+    assert density.dtype == np.float64
+    offsets = grid.points() - np.reshape(grid.origin, (-1,) + (1,) * ndim)
+    centroid = (density * offsets).reshape(ndim, -1).sum(axis=1) / density.sum()
+    exact = q.astype(float) @ (x - grid.origin) / q.sum(dtype=float)
+    assert np.abs(centroid - exact).max() <= 1e-5 * h
+    double = p2m(x, q.astype(float), grid, "M6'")
+    assert np.abs(density - double).max() <= 2e-5 * double.max()
+    field = np.random.default_rng(8).normal(size=grid.shape)
+    ours, exact = m2p(field.astype(np.float32), x, grid), m2p(field, x, grid)
+    assert ours.dtype == np.float32
+    assert np.abs(ours - exact).max() <= 2e-5 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("spacing", [0.1, 1 / 3, 0.01])
+@pytest.mark.parametrize("start", [0.0, 0.3, -2.35, 100.0])
+def test_the_nodes_of_a_mesh_lie_inside_it(dtype, spacing, start):
+    for nodes in (7, 24, 101):
+        grid = Grid((nodes, 5), spacing, origin=(start, -start))
+        x = grid.points().reshape(2, -1).T.astype(dtype)
+        field = p2m(x, np.full(len(x), grid.cell_volume, dtype), grid)
+        rounding = np.finfo(dtype).eps * (abs(start) / spacing + nodes)
+        assert np.abs(field - 1).max() <= 20 * rounding
+        with pytest.raises(InputError, match="outside the box"):
+            p2m(x - np.array([0.01 * spacing + 1e-4 * abs(start), 0]), np.ones(len(x), dtype), grid)
+
+
 def test_wrapping_is_translation_by_a_period():
     grid = GRIDS[0]
     x = cloud(grid, 100)
