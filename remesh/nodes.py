@@ -42,8 +42,8 @@ def advect_nodes(
     left through unbounded edges, of shape ``()`` or ``(c,)``: sum(field) h^ndim = before - dropped.
     Conserves the kernel's moments; with dt following h the method is of order kernel.moments.
     Same bits for any number of threads. Pieces of rows that are zero cost nothing. Displacements
-    count from their own node, so float32 keeps its digits on large meshes. Refuses wrong shapes
-    and displacements that are not finite.
+    count from their own node, so float32 keeps its digits on large meshes. Refuses wrong shapes,
+    and displacements that are not finite where the field is not zero (elsewhere not all are read).
     Source: Cottet & Koumoutsakos, Vortex Methods (2000), section 7.2.
     """
     plan = _Plan(field, displacement, grid, kernel, out, threads)

@@ -238,3 +238,21 @@ def test_unusable_nodes_are_refused():
         sample_nodes(field, move, grid, outside="wrap")
     with pytest.raises(InputError, match="threads must be"):
         sample_nodes(field, move, grid, threads=0)
+
+
+@pytest.mark.parametrize("grid", [Grid((40, 300), 0.1), Grid((12, 14, 150), 0.1)])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_displacements_must_be_numbers_where_the_field_is_not_zero(grid, dtype):
+    field = np.zeros(grid.shape, dtype)
+    field[5] = 1.0
+    move = smooth(grid, 1.0, dtype)
+    for axis in range(grid.ndim):
+        broken = move.copy()
+        broken[(axis, 5, *np.random.default_rng(axis).integers(grid.shape[1:]))] = np.nan
+        with pytest.raises(InputError, match="displacement must be finite"):
+            advect_nodes(field, broken, grid)
+    idle = move.copy()
+    idle[1:, 9] = np.nan
+    assert np.array_equal(
+        advect_nodes(field, idle, grid).field, advect_nodes(field, move, grid).field
+    )
