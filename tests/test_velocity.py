@@ -8,6 +8,8 @@ import sys
 import numpy as np
 import pytest
 
+from pmesh.spectral.smoothing import widest
+from pmesh.spectral.symbols import Box
 from pmesh.spectral.velocity import VelocitySolver
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -252,6 +254,34 @@ def test_diffusion_in_space_spreads_each_component():
     assert np.allclose(velocity, VelocitySolver(grid).velocity(field), atol=1e-12)
 
 
+@pytest.mark.parametrize("kind", ["heat", "phi1"])
+@pytest.mark.parametrize("shape", [(24, 30), (16, 18, 20)])
+def test_what_spreads_beyond_the_edges_never_comes_back(shape, kind):
+    lead, grid = (() if len(shape) == 2 else (3,)), Grid(shape, 0.1)
+    most = widest(Box.around(grid))
+    assert math.sqrt(2 * most) == pytest.approx(min(shape) * 0.1 / 5.26, rel=0.1)
+    corner = np.zeros((*lead, *shape))
+    corner[(0,) * corner.ndim] = 1.0
+    roomy = Grid([4 * n for n in shape], 0.1)
+    wide = np.zeros((*lead, *roomy.shape))
+    wide[(0,) * len(lead) + tuple(2 * n for n in shape)] = 1.0
+    inside = (..., *(slice(2 * n, 3 * n) for n in shape))
+    exact = VelocitySolver(roomy).smoothed(wide, 0.999 * most, kind)[inside]
+    found = VelocitySolver(grid).smoothed(corner, 0.999 * most, kind)
+    assert np.abs(found - exact).max() <= 2e-6 * exact.max()
+    for law in (VelocitySolver(grid).smoothed, VelocitySolver(grid, dtype="f4").smoothed):
+        with pytest.raises(InputError, match="come back on the other side"):
+            law(corner, 1.001 * most, kind)
+        assert not law(0 * corner, 100 * most, kind).any()  # nothing to come back
+
+
+def test_on_periodic_axes_any_spread_is_exact():
+    grid = Grid((16, 12), 0.1, boundary="periodic")
+    field = np.random.default_rng(4).standard_normal(grid.shape)
+    flat = VelocitySolver(grid).diffuse(field, 100.0)
+    assert np.allclose(flat, field.mean(), atol=1e-14)
+
+
 def test_phi1_is_the_mean_of_the_heat_flow():
     grid = square(48)
     vorticity, amount = gaussian(grid, 0.02)[0], 0.004
@@ -372,7 +402,7 @@ def test_what_cannot_be_solved_is_refused():
     for words, call in {
         r"shape \(8, 8\)": lambda: solver.velocity(np.zeros((2, 8, 8))),
         r"shape \(2, 8, 8\)": lambda: solver.velocity_of_force(field),
-        "not finite": lambda: solver.diffuse(np.full((8, 8), np.nan), 0.1),
+        "not finite": lambda: solver.diffuse(np.full((8, 8), np.nan), 1e-3),
         "not negative": lambda: solver.diffuse(field, -0.1),
         "unknown smoothing": lambda: solver.smoothed(field, 0.1, "box"),
         "freestream": lambda: solver.velocity(field, freestream=(1.0,)),

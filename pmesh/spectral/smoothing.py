@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from remesh.errors import InputError
 Smoothing = tuple[str, float]
 
 SMOOTHINGS = ("heat", "phi1")
+WRAPPED = 1e-6  # largest part of the peak that may come around the padding of an unbounded axis
 
 
 class Heat:
@@ -65,3 +67,25 @@ def make_smoothing(box: Box, smoothing: Smoothing, dtype: DTypeLike) -> Multipli
             hint="viscosity * dt, both not negative",
         )
     return Heat(box, amount, dtype) if kind == "heat" else Phi1(box, amount, dtype)
+
+
+def widest(box: Box) -> float:
+    """Largest amount [L^2] whose tail the padding holds: sqrt(2 a) is the axis' length / 5.26.
+
+    A source at one edge then reaches the other through the padding with exp(-d^2 / 4a) = 1e-6 of
+    its peak, d the padding's length. Infinite where all axes are periodic: there the tail belongs.
+    """
+    gaps = [box.padded[axis] - box.shape[axis] + 1 for axis in box.axes(periodic=False)]
+    if not gaps:
+        return math.inf
+    return (min(gaps) * box.spacing) ** 2 / (4.0 * math.log(1.0 / WRAPPED))
+
+
+def refuse_too_wide(box: Box, amount: float, sources: Sequence[NDArray[Any]]) -> None:
+    """Refuse an amount whose tail would come around the padding, unless there is nothing at all."""
+    if amount > widest(box) and any(source.any() for source in sources):
+        raise InputError(
+            f"smoothing by {amount:.3g} spreads {math.sqrt(2.0 * amount):.3g} far, more than a "
+            "fifth of the shortest unbounded axis: what leaves would come back on the other side",
+            hint=f"at most {widest(box):.3g}: a shorter step, or a larger mesh",
+        )

@@ -10,7 +10,7 @@ from numpy.typing import DTypeLike, NDArray
 
 from pmesh.spectral.checks import check_field, check_freestream, check_mean, output
 from pmesh.spectral.convolve import Convolver, Field, Multiplier, Term
-from pmesh.spectral.smoothing import Smoothing, make_smoothing
+from pmesh.spectral.smoothing import Smoothing, make_smoothing, refuse_too_wide
 from pmesh.spectral.symbols import Box, Derivative, Greens, multipliers
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -115,7 +115,9 @@ class VelocitySolver:
 
         Exact in time; in space exact on periodic axes, of order 8 on unbounded ones. Beyond an
         unbounded axis the field is zero, and what spreads there is cut. Conserves the sum and the
-        first moments of what stays inside. No step limit.
+        first moments of what stays inside. No step limit but one: the spread sqrt(2 amount) must
+        lie well below half of every unbounded axis. Refuses more than 1 / 5.26 of the axis, where
+        1e-6 of a source at one edge would come around to the other.
         """
         sources = self._sources(vorticity)
         out = output(out, np.shape(vorticity), self.dtype)
@@ -251,6 +253,8 @@ class VelocitySolver:
         shifts = check_freestream(freestream, self.grid.ndim)
         shifts += [0.0] * (len(outputs) - len(shifts))
         multiplier = None if smoothing is None else self._smoothing(smoothing)
+        if smoothing is not None:
+            refuse_too_wide(self.box, smoothing[1], sources)
         periodic = solves and all(self.grid.periodic)
         self._convolver.run(
             sources,
