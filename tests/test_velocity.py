@@ -297,31 +297,6 @@ def test_phi1_is_the_mean_of_the_heat_flow():
     assert np.abs(ours - solver.velocity(mean)).max() <= 1e-6
 
 
-@pytest.mark.parametrize("ndim", [2, 3])
-def test_the_velocity_of_a_force_is_its_solenoidal_part(ndim):
-    if ndim == 2:
-        grid = square(80)
-        x, y = grid.points()
-        bell = np.exp(-(x**2 + y**2) / 0.05)
-        solenoidal = np.stack([-y * bell, x * bell])
-    else:
-        grid = Grid((56,) * 3, 0.042, (-1.155,) * 3)
-        x, y, z = grid.points()
-        bell = np.exp(-(x**2 + y**2 + z**2) / 0.09)
-        solenoidal = swirl(grid, math.sqrt(0.045))[0]
-    potential = grid.points() * bell  # a gradient
-    solver = VelocitySolver(grid)
-    part = solver.velocity_of_force(solenoidal + 3 * potential)
-    assert np.abs(part - solenoidal).max() <= 3e-3 * np.abs(solenoidal).max()
-    curl = solver.curl_of_force(solenoidal + 3 * potential)
-    again = solver.velocity(curl)
-    assert np.abs(again - part).max() <= 1e-4 * np.abs(part).max()
-    for kind in ("heat", "phi1"):
-        smooth = solver.curl_of_force(solenoidal, smoothing=(kind, 0.002))
-        after = solver.smoothed(solver.curl_of_force(solenoidal), 0.002, kind)
-        assert np.abs(smooth - after).max() <= 1e-5 * np.abs(after).max()
-
-
 @pytest.mark.parametrize("shape", [(40, 50), (50, 38, 20)])
 @pytest.mark.parametrize("boundary", ["unbounded", "mixed"])
 def test_every_thread_count_gives_the_same_bits(shape, boundary):
@@ -401,7 +376,6 @@ def test_what_cannot_be_solved_is_refused():
     field = np.zeros((8, 8))
     for words, call in {
         r"shape \(8, 8\)": lambda: solver.velocity(np.zeros((2, 8, 8))),
-        r"shape \(2, 8, 8\)": lambda: solver.velocity_of_force(field),
         "not finite": lambda: solver.diffuse(np.full((8, 8), np.nan), 1e-3),
         "not negative": lambda: solver.diffuse(field, -0.1),
         "unknown smoothing": lambda: solver.smoothed(field, 0.1, "box"),

@@ -113,13 +113,13 @@ class Box:
 
 
 def multipliers(
-    box: Box, greens: Greens | None, derivatives: list[Derivative], dtype: DTypeLike
+    box: Box, greens: Greens, derivatives: list[Derivative], dtype: DTypeLike
 ) -> list[NDArray[Any]]:
     """Real tables T, axes reversed: i^(odd axes) T is the transform of the derivative of G.
 
-    G solves -laplace G = delta; ``greens=None`` stands for delta itself. A derivative counts how
-    often each axis is differentiated. Only wavenumbers >= 0 are kept: a table is odd along an axis
-    with one derivative, else even. Tables are kept for the next call, 1 GB of them at most.
+    G solves -laplace G = delta. A derivative counts how often each axis is differentiated. Only
+    wavenumbers >= 0 are kept: a table is odd along an axis with one derivative, else even. Tables
+    are kept for the next call, 1 GB of them at most.
     """
     keys = [(box, greens, derivative, np.dtype(dtype).char) for derivative in derivatives]
     missing = [d for d, key in zip(derivatives, keys, strict=True) if key not in _KEPT]
@@ -145,12 +145,10 @@ _LOCK = threading.Lock()
 
 
 def _tables(
-    box: Box, greens: Greens | None, derivatives: list[Derivative], dtype: DTypeLike
+    box: Box, greens: Greens, derivatives: list[Derivative], dtype: DTypeLike
 ) -> dict[Derivative, NDArray[Any]]:
-    lattice = greens is not None and greens.kernel == "LGF"
-    if greens is None:
-        solved = {d: _waves(box, d, range(len(box.shape)), lattice) for d in derivatives}
-    elif all(box.periodic):
+    lattice = greens.kernel == "LGF"
+    if all(box.periodic):
         inverse = _inverse_laplacian(box, lattice)
         solved = {d: inverse * _waves(box, d, range(len(box.shape)), lattice) for d in derivatives}
     else:

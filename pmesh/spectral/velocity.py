@@ -146,54 +146,6 @@ class VelocitySolver:
         self._run(sources, terms, targets, ("heat", amount), freestream)
         return field, speed
 
-    def velocity_of_force(
-        self, force: Field, *, smoothing: Smoothing | None = None, out: Field | None = None
-    ) -> Field:
-        """Velocity whose vorticity is curl(force): the solenoidal part of ``force`` (ndim, *shape).
-
-        The curl is taken on the Green's function, so ``force`` may jump. Same units as ``force``.
-        """
-        ndim = self.grid.ndim
-        force = check_field(force, (ndim, *self.grid.shape), self.dtype, "force")
-        out = output(out, force.shape, self.dtype)
-        second = [[_derivative(ndim, i, j) for j in range(ndim)] for i in range(ndim)]
-        tables = dict(
-            zip(
-                [d for row in second for d in row],
-                self._tables([d for row in second for d in row]),
-                strict=True,
-            )
-        )
-        outputs: Outputs = []
-        for i in range(ndim):
-            # u_i = d_i d_j G * f_j - laplace(G) * f_i, without the axis i itself in the sum
-            others = [j for j in range(ndim) if j != i]
-            terms = [_term(j, tables[second[i][j]], second[i][j], 1) for j in others]
-            terms += [_term(i, tables[second[j][j]], second[j][j], -1) for j in others]
-            outputs.append(terms)
-        self._run(list(force), outputs, list(out), smoothing, solves=False)
-        return out
-
-    def curl_of_force(
-        self, force: Field, *, smoothing: Smoothing | None = None, out: Field | None = None
-    ) -> Field:
-        """Vorticity curl(force), spectral derivative on the padded box, smoothed on the way."""
-        ndim = self.grid.ndim
-        force = check_field(force, (ndim, *self.grid.shape), self.dtype, "force")
-        shape = self.grid.shape if ndim == 2 else force.shape
-        out = output(out, shape, self.dtype)
-        firsts = [_derivative(ndim, axis) for axis in range(ndim)]
-        tables = multipliers(self.box, None, firsts, self.dtype)
-        outputs: Outputs = [
-            [
-                _term(second, tables[first], firsts[first], 1),
-                _term(first, tables[second], firsts[second], -1),
-            ]
-            for first, second in ([(0, 1)] if ndim == 2 else _CYCLES)
-        ]
-        self._run(list(force), outputs, self._components(out), smoothing, solves=False)
-        return out
-
     def _sources(self, vorticity: Field) -> list[Field]:
         shape = self.grid.shape if self.grid.ndim == 2 else (3, *self.grid.shape)
         return self._components(check_field(vorticity, shape, self.dtype, "vorticity"))
