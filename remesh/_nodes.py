@@ -13,7 +13,6 @@ from numba import njit
 
 from remesh._rows import (
     CHUNK,
-    FAR,
     any_value,
     find_rows,
     gather,
@@ -26,6 +25,7 @@ from remesh._rows import (
     spread_short,
     weigh,
 )
+from remesh.layout import FAR
 
 SHORT = 12  # nodes: shorter runs go node by node
 

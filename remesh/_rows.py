@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from remesh.layout import FAR
+
 CHUNK = 128  # nodes per piece of a row: the weights of all axes stay in the first-level cache
 ONE, TWO, THREE = np.uintp(1), np.uintp(2), np.uintp(3)  # unsigned: no test for negative indices
-FAR = 1 << 30  # displacements beyond this many cells, or not numbers, are told by this value
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})

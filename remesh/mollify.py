@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from remesh.errors import InputError
+from remesh.layout import precision, split
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 CUTOFF = 6.5  # radii; beyond, a cutoff is below 1e-15 of its peak
 MOST_CELLS = 1 << 21
-PIECES = 64
 
 # (ndim, order): P with zeta(rho) = P(rho^2) exp(-rho^2) / pi^(ndim/2), coefficients low to high.
 # Generalised Laguerre polynomials L_{order/2 - 1}^{(ndim/2)}; in 2-D those of Beale & Majda (1985).
@@ -105,14 +105,13 @@ def mollify(
         starts = np.zeros(math.prod(shape) + 1, np.int64)
         sorted_by_cell = np.empty(n, np.int64)
         _mollify.bin_particles(places, origin, width, np.array(shape), starts, sorted_by_cell)
-        size = -(-len(targets) // PIECES)
+        size, pieces = split(len(targets))
         share(
-            _mollify.sum_cutoffs, -(-len(targets) // size), thread_count(threads), size, targets,
+            _mollify.sum_cutoffs, pieces, thread_count(threads), size, targets,
             places[sorted_by_cell], strengths[sorted_by_cell], origin, width, np.array(shape),
             starts, reach, float(radius), CUTOFF, np.array(CUTOFFS[ndim, order]), result,
         )  # fmt: skip
-    dtype = np.float32 if given.dtype == np.float32 else np.float64
-    smooth: Array = result.astype(dtype, copy=False)
+    smooth: Array = result.astype(precision(given), copy=False)
     return smooth.reshape(len(targets), *given.shape[1:])
 
 

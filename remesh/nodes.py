@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remesh import _nodes
-from remesh._rows import FAR
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.kernels import Kernel, get_kernel, table
+from remesh.kernels import Kernel
+from remesh.layout import FAR, check_field, even_bands, layout, precision, split, tables, wraps
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 Outside = Literal["nearest", "zero"]
-PIECES = 64  # pieces of rows that threads share; fixed, so that results do not depend on threads
 
 
 class Advected(NamedTuple):
@@ -85,9 +84,7 @@ def sample_nodes(
             f"outside must be 'nearest' or 'zero', got {outside!r}", hint="outside='nearest'"
         )
     plan = _Plan(field, displacement, grid, kernel, out, threads)
-    lines = plan.field.shape[1] * plan.field.shape[2]
-    rows = -(-lines // PIECES)
-    pieces = -(-lines // rows)
+    rows, pieces = split(plan.field.shape[1] * plan.field.shape[2])
     bad = np.zeros(pieces, dtype=np.int64)
     share(
         _nodes.sample, pieces, plan.threads, rows, plan.field, plan.displacement, *plan.shape,
@@ -109,17 +106,8 @@ class _Plan:
         out: Array | None,
         threads: int | None,
     ) -> None:
-        found = get_kernel(kernel)
-        values = np.asarray(field)
-        dtype = np.dtype(np.float32 if values.dtype == np.float32 else np.float64)
-        if values.shape[-grid.ndim :] != grid.shape or values.ndim not in (
-            grid.ndim,
-            grid.ndim + 1,
-        ):
-            raise InputError(
-                f"field must have shape {grid.shape} or (c, *{grid.shape}), got {values.shape}",
-                hint="a field on the nodes of this grid",
-            )
+        values = check_field(field, grid)
+        dtype = precision(values)
         moves = np.asarray(displacement)
         if moves.shape != (grid.ndim, *grid.shape):
             raise InputError(
@@ -141,20 +129,13 @@ class _Plan:
                 "out shares memory with field or displacement", hint="another array for out"
             )
         self.result: Array = np.empty(values.shape, dtype) if out is None else out
-        middle = grid.shape[1:-1] or (1,)
-        layout = (-1, grid.shape[0], *middle, grid.shape[-1])
-        self.field = np.ascontiguousarray(values, dtype).reshape(layout)
-        self.displacement = np.ascontiguousarray(moves, dtype).reshape(layout)
-        self.out = self.result.reshape(layout)
+        lines = layout(grid)
+        self.field = np.ascontiguousarray(values, dtype).reshape(lines)
+        self.displacement = np.ascontiguousarray(moves, dtype).reshape(lines)
+        self.out = self.result.reshape(lines)
         self.threads = thread_count(threads)
-        scale = np.array([1 / grid.spacing, 0.5, FAR], dtype)
-        coeffs = table(found, dtype)
-        taps = (0,) * found.width
-        self.width = found.width
-        self.shape = (
-            scale, coeffs.ravel(), taps, taps if grid.ndim == 3 else (0,), (0,) * coeffs.shape[2]
-        )  # fmt: skip
-        self.periodic = np.array([grid.periodic[0], grid.periodic[-2], grid.periodic[-1]])
+        self.shape = tables(kernel, grid, dtype)
+        self.periodic = wraps(grid)
 
     def refuse(self, bad: int) -> None:
         """Refuse displacements that are no usable numbers."""
@@ -171,13 +152,11 @@ def _bands(plan: _Plan, grid: Grid) -> NDArray[np.int64]:
     The cut follows from the displacements alone, never from the number of threads.
     """
     moves = plan.displacement[0].ravel()
-    rows = -(-moves.size // PIECES)
-    pieces = -(-moves.size // rows)
+    rows, pieces = split(moves.size)
     low = np.zeros(pieces, np.int32)
     high = np.zeros(pieces, np.int32)
     share(_nodes.reach, pieces, plan.threads, rows, moves, plan.shape[0], low, high)
     plan.refuse(int(high.max() == FAR))
-    span = int(high.max()) - int(low.min()) + plan.width
-    count = min(grid.shape[0] // span, PIECES)
-    count = count - count % 2 if count > 1 else 1
+    span = int(high.max()) - int(low.min()) + len(plan.shape[2])
+    count = even_bands(grid.shape[0] // span)
     return np.array([grid.shape[0] * k // count for k in range(count + 1)], dtype=np.int64)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.layout import check_field, precision
 from remesh.stencils import derivative
 
 Array = NDArray[np.floating[Any]]
@@ -48,13 +49,8 @@ class Particles:
 
         ``field`` ``grid.shape`` or ``(c, *grid.shape)`` [Q/L^ndim]; float32 stays float32.
         """
-        values = np.asarray(field)
-        if values.shape[-grid.ndim :] != grid.shape or values.ndim > grid.ndim + 1:
-            raise InputError(
-                f"field must have shape {grid.shape} or (c, *{grid.shape}), got {values.shape}",
-                hint="a field on the nodes of this grid",
-            )
-        dtype = np.dtype(np.float32 if values.dtype == np.float32 else np.float64)
+        values = check_field(field, grid)
+        dtype = precision(values)
         positions = grid.points().reshape(grid.ndim, -1).T.astype(dtype, order="C")
         strengths = values.astype(dtype) * dtype.type(grid.cell_volume)
         if values.ndim == grid.ndim:

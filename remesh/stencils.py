@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.layout import layout, precision, split, wraps
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 Edge = Literal["onesided", "zero"]
 ORDERS = (2, 4, 6)
-PIECES = 64
 
 
 @lru_cache(maxsize=64)
@@ -149,16 +149,12 @@ def max_gradient_norm(velocity: Array, grid: Grid, *, threads: int | None = None
     from remesh import _stencils
 
     vector = np.ascontiguousarray(_vector(velocity, grid))
-    middle = grid.shape[1:-1] or (1,)
-    layout = vector.reshape(grid.ndim, grid.shape[0], *middle, grid.shape[-1])
-    lines = layout.shape[1] * layout.shape[2]
-    rows = -(-lines // PIECES)
-    pieces = -(-lines // rows)
+    lines = vector.reshape(layout(grid))
+    rows, pieces = split(lines.shape[1] * lines.shape[2])
     result = np.zeros(pieces, vector.dtype)
-    periodic = np.array([grid.periodic[0], grid.ndim == 3 and grid.periodic[1], grid.periodic[-1]])
     share(
-        _stencils.largest_gradient, pieces, thread_count(threads), rows, layout,
-        vector.dtype.type(1 / grid.spacing), periodic, result,
+        _stencils.largest_gradient, pieces, thread_count(threads), rows, lines,
+        vector.dtype.type(1 / grid.spacing), wraps(grid), result,
     )  # fmt: skip
     return float(result.max())
 
@@ -177,7 +173,7 @@ def _field(field: Array, grid: Grid) -> Array:
             f"field must end in the grid's shape {grid.shape}, got {values.shape}",
             hint="component axes first: (c, *grid.shape)",
         )
-    return values.astype(np.float32 if values.dtype == np.float32 else np.float64, copy=False)
+    return values.astype(precision(values), copy=False)
 
 
 def _vector(field: Array, grid: Grid) -> Array:

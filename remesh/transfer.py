@@ -8,15 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remesh import _transfer
-from remesh._rows import FAR
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.kernels import Kernel, get_kernel, table
+from remesh.kernels import Kernel
+from remesh.layout import check_field, even_bands, layout, precision, split, tables, wraps
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 Outside = Literal["refuse", "drop"]
-PIECES = 64
 
 
 class Remeshed(NamedTuple):
@@ -86,13 +85,8 @@ def m2p(
     degree kernel.moments where the stencil is inside. Precision as in `p2m`, that of the field.
     Refuses particles outside the box; with ``outside="drop"`` their values are zero.
     """
-    values = np.asarray(field)
-    if values.shape[-grid.ndim :] != grid.shape or values.ndim not in (grid.ndim, grid.ndim + 1):
-        raise InputError(
-            f"field must have shape {grid.shape} or (c, *{grid.shape}), got {values.shape}",
-            hint="a field on the nodes of this grid",
-        )
-    plan = _Plan(positions, grid, kernel, outside, _dtype(values), threads)
+    values = check_field(field, grid)
+    plan = _Plan(positions, grid, kernel, outside, precision(values), threads)
     mesh = np.ascontiguousarray(values, plan.dtype).reshape(plan.layout)
     result = np.empty((plan.positions.shape[0], mesh.shape[0]), plan.dtype)
     share(
@@ -100,10 +94,6 @@ def m2p(
         plan.origin, *plan.shape, plan.periodic, mesh, result,
     )  # fmt: skip
     return result if values.ndim > grid.ndim else result[:, 0]
-
-
-def _dtype(values: NDArray[Any]) -> np.dtype[Any]:
-    return np.dtype(np.float32 if values.dtype == np.float32 else np.float64)
 
 
 class _Plan:
@@ -118,7 +108,6 @@ class _Plan:
         dtype: np.dtype[Any],
         threads: int | None,
     ) -> None:
-        found = get_kernel(kernel)
         if outside not in ("refuse", "drop"):
             raise InputError(
                 f"outside must be 'refuse' or 'drop', got {outside!r}", hint="outside='refuse'"
@@ -131,18 +120,12 @@ class _Plan:
                 hint="positions.T" if swapped else "one row per particle",
             )
         self.dtype = dtype
-        self.positions = np.ascontiguousarray(points, _dtype(points))
+        self.positions = np.ascontiguousarray(points, precision(points))
         self.threads = thread_count(threads)
-        coeffs = table(found, dtype)
-        taps = (0,) * found.width
-        scale = np.array([1 / grid.spacing, 0.5, FAR], dtype)
-        mid = taps if grid.ndim == 3 else (0,)
-        self.shape = (scale, coeffs.ravel(), taps, mid, (0,) * coeffs.shape[2])
+        self.shape = tables(kernel, grid, dtype)
         self.origin = np.array(grid.origin, self.positions.dtype)
-        self.periodic = np.array([grid.periodic[0], grid.periodic[-2], grid.periodic[-1]])
-        self.layout = (-1, grid.shape[0], *(grid.shape[1:-1] or (1,)), grid.shape[-1])
-        count = min(grid.shape[0] // found.width, PIECES)
-        self.bands = count - count % 2 if count > 1 else 1
+        self.periodic, self.layout = wraps(grid), layout(grid)
+        self.bands = even_bands(grid.shape[0] // len(self.shape[2]))
         self._find_home(grid, outside)
 
     def _find_home(self, grid: Grid, outside: Outside) -> None:
@@ -150,8 +133,7 @@ class _Plan:
         edges = [grid.shape[0] * k // self.bands for k in range(1, self.bands)]
         band_of_row = np.searchsorted(edges, rows, side="right").astype(np.int32)
         n = self.positions.shape[0]
-        self.piece = max(1, -(-n // PIECES))
-        self.pieces = -(-n // self.piece)
+        self.piece, self.pieces = split(n)
         self.home = np.empty(n, np.int32)
         share(
             _transfer.locate, self.pieces, self.threads, self.piece, self.positions, self.origin,
@@ -188,7 +170,7 @@ def _spread(
     threads: int | None,
 ) -> Remeshed:
     values = np.asarray(strengths)
-    plan = _Plan(positions, grid, kernel, outside, _dtype(values), threads)
+    plan = _Plan(positions, grid, kernel, outside, precision(values), threads)
     n = plan.positions.shape[0]
     if values.ndim not in (1, 2) or values.shape[0] != n:
         raise InputError(
