@@ -83,7 +83,7 @@ def test_a_forked_process_solves_and_moves_with_the_same_bits():
         warnings.simplefilter("ignore", DeprecationWarning)  # fork with threads: meant here
         child.start()
     try:
-        assert ours.poll(30), "the forked process hangs"
+        assert ours.poll(20), "the forked process hangs"
         for one, other in zip(here, ours.recv(), strict=True):
             assert np.array_equal(one, other)
     finally:
