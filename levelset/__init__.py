@@ -16,3 +16,8 @@ def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return importlib.import_module(f"levelset.{name}")
+
+
+def __dir__() -> list[str]:
+    """The public names."""
+    return sorted(__all__)
