@@ -62,8 +62,8 @@ FAULTS = [
         "dropped[band, p] += line\n", "dropped[band, p] += 0 * line\n", "transfer",
     ),
     Fault(
-        "a mollifier of order 4 with a coefficient of order 6", "remesh/mollify.py",
-        "(2, 4): (2.0, -1.0, 0.0)", "(2, 4): (3.0, -1.0, 0.0)", "mollify",
+        "a mollifier of order 4 with a coefficient of order 6", "remesh/mollifier.py",
+        "(2, 4): (2.0, -1.0, 0.0)", "(2, 4): (3.0, -1.0, 0.0)", "mollifier",
     ),
     Fault(
         "a Green's function of one order less", "pmesh/spectral/greens.py",

@@ -12,7 +12,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 
-from remesh.mollify import mollify
+from remesh.mollifier import mollify
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from remesh.lazy import lazy_names
 
 if TYPE_CHECKING:
     from remesh.errors import BlowUpError as BlowUpError
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from remesh.grid import Grid as Grid
     from remesh.kernels import KERNELS as KERNELS
     from remesh.kernels import Kernel as Kernel
-    from remesh.mollify import mollify as mollify
+    from remesh.mollifier import mollify as mollify
     from remesh.nodes import advect_nodes as advect_nodes
     from remesh.nodes import sample_nodes as sample_nodes
     from remesh.particles import Particles as Particles
@@ -56,7 +57,7 @@ _HOME = {
     "Grid": "remesh.grid",
     "KERNELS": "remesh.kernels",
     "Kernel": "remesh.kernels",
-    "mollify": "remesh.mollify",
+    "mollify": "remesh.mollifier",
     "advect_nodes": "remesh.nodes",
     "sample_nodes": "remesh.nodes",
     "Particles": "remesh.particles",
@@ -70,16 +71,4 @@ _HOME = {
     "remesh": "remesh.transfer",
 }
 
-
-def __getattr__(name: str) -> Any:
-    """Import a public name from its module when it is first asked for."""
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(importlib.import_module(_HOME[name]), name)
-    globals()[name] = value
-    return value
-
-
-def __dir__() -> list[str]:
-    """The public names."""
-    return sorted(__all__)
+__getattr__, __dir__ = lazy_names(globals(), _HOME)

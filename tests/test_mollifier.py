@@ -8,7 +8,7 @@ import sympy
 
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.mollify import CUTOFFS, cutoff, mollify
+from remesh.mollifier import CUTOFFS, cutoff, mollify
 
 CASES = sorted(CUTOFFS)
 

@@ -68,7 +68,7 @@ def mollify(
     peak of one particle. Cost grows with the particles within that distance. Same bits for any
     number of threads. Refuses a radius that is not positive and values that are not finite.
     """
-    from remesh import _mollify
+    from remesh import _mollifier
 
     given = np.asarray(values)
     places = _points(positions, "positions")
@@ -104,10 +104,10 @@ def mollify(
         places, targets = _three(places), _three(targets)
         starts = np.zeros(math.prod(shape) + 1, np.int64)
         sorted_by_cell = np.empty(n, np.int64)
-        _mollify.bin_particles(places, origin, width, np.array(shape), starts, sorted_by_cell)
+        _mollifier.bin_particles(places, origin, width, np.array(shape), starts, sorted_by_cell)
         size, pieces = split(len(targets))
         share(
-            _mollify.sum_cutoffs, pieces, thread_count(threads), size, targets,
+            _mollifier.sum_cutoffs, pieces, thread_count(threads), size, targets,
             places[sorted_by_cell], strengths[sorted_by_cell], origin, width, np.array(shape),
             starts, reach, float(radius), CUTOFF, np.array(CUTOFFS[ndim, order]), result,
         )  # fmt: skip
