@@ -12,14 +12,14 @@ def lazy_names(
 ) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
     """``__getattr__`` and ``__dir__`` of a package whose ``home`` says where each name lives.
 
-    A home that ends in the name itself, as ``levelset.shapes`` for ``shapes``, is a module.
+    A home that holds no such name is what is meant itself: ``shapes`` in ``levelset.shapes``.
     """
 
     def find(name: str) -> Any:
         if name not in home:
             raise AttributeError(f"module {namespace['__name__']!r} has no attribute {name!r}")
         module = importlib.import_module(home[name])
-        value = module if home[name].endswith(f".{name}") else getattr(module, name)
+        value = getattr(module, name, module)
         namespace[name] = value
         return value
 

@@ -85,3 +85,18 @@ def test_run_is_a_law_and_a_package_at_once() -> None:
 def test_modules_can_be_imported_in_any_order_without_a_warning() -> None:
     for first in ("pmesh.cases.cylinder", "pmesh.spectral.velocity", "levelset.shapes"):
         python("-c", f"import {first}, pmesh, remesh; pmesh.VortexFlow, remesh.remesh")
+
+
+@pytest.mark.parametrize("package", [remesh, pmesh], ids=lambda p: p.__name__)
+def test_a_public_name_is_a_law_whatever_was_imported_first(package: ModuleType) -> None:
+    """Not the module of the same name: `pmesh.poisson` lives in `pmesh.spectral.poisson`."""
+    name = package.__name__
+    laws = [n for n in package.__all__ if n not in ("run", "KERNELS")]
+    homes = sorted({getattr(package, law).__module__ for law in laws})
+    said = python(
+        "-c",
+        f"import {', '.join(homes)}, {name}; from types import ModuleType; "
+        f"print([n for n in {laws} if isinstance(getattr({name}, n), ModuleType)])",
+    )
+    assert said.strip() == "[]"
+    assert all(not isinstance(getattr(package, law), ModuleType) for law in laws)
