@@ -149,10 +149,11 @@ def test_what_cannot_be_meant_is_refused_with_advice_and_nothing_is_written(
     ("text", "problem"),
     [
         ("case = ", "is not TOML"),
-        ("until = 3", "there is no key in"),
+        ("until = 3", "names no case"),
         ("[parameters]\nrate = 1", "names no case"),
         ('case = "CASE"\nparameters = 3', "are not a table"),
-        ('case = "CASE"\nparametrs = {}', "did you mean 'parameters'?"),
+        ('case = "CASE"\nraet = 1', "did you mean 'rate'?"),
+        ('case = "CASE"\nrate = 1\n[parameters]\nrate = 2', "gives 'rate' twice"),
         ('case = "CASE"\n[parameters]\nraet = 1', "did you mean 'rate'?"),
         ('case = "CASE"\n[parameters]\nrate = "1"', "rate must be a finite number, got '1'"),
         ('case = "CASE"\n[parameters]\nrate = true', "rate must be a finite number, got True"),

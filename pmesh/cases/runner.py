@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pmesh.cases.case import Case, Outcome
-from pmesh.cases.options import options, unknown
+from pmesh.cases.options import options
 from pmesh.run import checkpoint
 from pmesh.run.files import make_folder, reading, write_atomic
 from pmesh.run.loop import run
@@ -32,6 +32,7 @@ from pmesh.run.summary import Cost, Metric, write_summary
 from remesh.errors import InputError
 
 log = logging.getLogger("pmesh.cases")
+FILE_KEYS = ("case", "version", "commit", "parameters")  # of case.toml; others are options
 MAY_CHANGE = ("until",)  # the options that a resumed run may change
 
 
@@ -106,7 +107,7 @@ def case_text(name: str, case: Case) -> str:
 
 
 def read_case(path: Path) -> tuple[str, dict[str, Any]]:
-    """The name and the parameters in a file: ``case = "..."`` and a table ``[parameters]``."""
+    """The name and the parameters in a file: ``case = "..."``, then options, in a table or not."""
     if not path.is_file():
         raise InputError(f"there is no file {path}", hint="`pmesh cases` lists the named cases")
     try:
@@ -115,14 +116,15 @@ def read_case(path: Path) -> tuple[str, dict[str, Any]]:
         content = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(f"{path} is not TOML: {error}", hint='case = "cylinder"') from error
-    for key in content:
-        if key not in ("case", "version", "commit", "parameters"):
-            raise unknown(f"key in {path},", key, ("case", "parameters", "version", "commit"))
     if not isinstance(content.get("case"), str):
         raise InputError(f"{path} names no case", hint='case = "cylinder"')
-    if not isinstance(content.get("parameters", {}), dict):
+    table = content.get("parameters", {})
+    if not isinstance(table, dict):
         raise InputError(f"the parameters in {path} are not a table", hint="[parameters]")
-    return content["case"], dict(content.get("parameters", {}))
+    plain = {key: value for key, value in content.items() if key not in FILE_KEYS}
+    if twice := sorted(set(plain) & set(table)):
+        raise InputError(f"{path} gives {twice[0]!r} twice", hint="once, in [parameters] or above")
+    return content["case"], {**plain, **table}
 
 
 def _refuse_changes(name: str, case: Case, folder: Path) -> None:
