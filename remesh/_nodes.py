@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from remesh import _rows
 from remesh._rows import (
     CHUNK,
     any_value,
@@ -25,9 +26,12 @@ from remesh._rows import (
     spread_short,
     weigh,
 )
+from remesh.compiled import drop_stale
 from remesh.layout import FAR
 
 SHORT = 12  # nodes: shorter runs go node by node
+
+drop_stale(__file__, _rows.__file__)
 
 
 @njit(cache=True, nogil=True)

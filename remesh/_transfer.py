@@ -9,10 +9,14 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from remesh import _rows
 from remesh._rows import CHUNK, row_of, weigh
+from remesh.compiled import drop_stale
 
 OUTSIDE = -1
 NOT_A_NUMBER = -2
+
+drop_stale(__file__, _rows.__file__)
 
 
 @njit(cache=True, nogil=True)
