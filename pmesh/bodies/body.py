@@ -1,4 +1,4 @@
-"""Bodies in a flow: where they are and how they move."""
+"""Bodies in a flow: where they are, how they move, what they weigh."""
 
 from __future__ import annotations
 
@@ -8,14 +8,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.measure import Measure, measure
 from levelset.shape import Shape
+from pmesh.bodies.motion import Fixed, Free, Motion, Prescribed
+from pmesh.bodies.pose import Pose, still
 from remesh.errors import InputError
 
 Array = NDArray[np.floating[Any]]
+Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 
 
 class Body(Protocol):
-    """What a flow asks of a body: its distance, its velocity, and a box that holds it.
+    """What a flow asks of a body: its distance, its velocity, its motion and its mass.
 
     A value: equal bodies are the same body, so it must be hashable (a frozen dataclass).
     """
@@ -25,37 +29,43 @@ class Body(Protocol):
         """Number of dimensions."""
 
     @property
-    def moving(self) -> bool:
-        """Whether its place, shape or velocity depends on the time."""
+    def motion(self) -> Motion:
+        """Fixed, Prescribed or Free."""
 
-    def bounds(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
-        """Lower and upper corner of a box that holds the body at this time [L]."""
+    @property
+    def deforming(self) -> bool:
+        """Whether its shape is a law of the time."""
 
-    def distance(self, points: Array, time: float) -> Array:
+    @property
+    def length(self) -> float:
+        """Its size [L], in which domains are given."""
+
+    @property
+    def measure(self) -> Measure:
+        """Volume, centre and second moments, in its own axes."""
+
+    def start(self) -> Pose:
+        """Where it is placed, at time 0."""
+
+    def bounds(self, pose: Pose) -> Bounds:
+        """Lower and upper corner of a box that holds the body [L]."""
+
+    def distance(self, points: Array, pose: Pose) -> Array:
         """Signed distance [L], negative inside, at ``points`` (ndim, ...)."""
 
-    def velocity(self, points: Array, time: float) -> Array:
-        """Velocity of the body's matter [L/T] at ``points`` (ndim, ...), of the same shape."""
-
-
-@dataclass(frozen=True)
-class Fixed:
-    """No motion."""
-
-    def velocity(self, points: Array, time: float) -> Array:
-        """Zero [L/T] at ``points`` (ndim, ...)."""
-        return np.zeros_like(points)
+    def deformation(self, points: Array, pose: Pose) -> Array | None:
+        """Velocity [L/T] of its matter beyond the rigid motion, (ndim, ...); None if rigid."""
 
 
 @dataclass(frozen=True)
 class RigidBody:
-    """A solid of a given shape, held in place: ``RigidBody(levelset.shapes.Disk(radius=0.5))``.
+    """A solid of a given shape: ``RigidBody(levelset.shapes.Disk(radius=0.5), motion=Fixed())``.
 
-    Refuses what is not a shape, and a motion other than `Fixed`.
+    ``motion``: ``Fixed()``, ``Prescribed(...)`` or ``Free(density=...)``. Refuses anything else.
     """
 
     shape: Shape
-    motion: Fixed = field(default=Fixed(), kw_only=True)
+    motion: Motion = field(default=Fixed(), kw_only=True)
 
     def __post_init__(self) -> None:
         """Refuse what is not a shape or not a motion."""
@@ -64,10 +74,7 @@ class RigidBody:
                 f"a RigidBody needs a shape, got {type(self.shape).__name__}",
                 hint="levelset.shapes.Disk(radius=0.5)",
             )
-        if not isinstance(self.motion, Fixed):
-            raise InputError(
-                f"motion must be Fixed(), got {self.motion!r}", hint="motion=pmesh.Fixed()"
-            )
+        check_motion(self.motion)
 
     @property
     def ndim(self) -> int:
@@ -75,18 +82,62 @@ class RigidBody:
         return self.shape.ndim
 
     @property
-    def moving(self) -> bool:
-        """False: it is held in place."""
+    def deforming(self) -> bool:
+        """False: it is rigid."""
         return False
 
-    def bounds(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    @property
+    def length(self) -> float:
+        """Its longest extent along an axis [L]."""
+        return max(b - a for a, b in zip(*self.shape.bounds(), strict=True))
+
+    @property
+    def measure(self) -> Measure:
+        """Volume, centre and second moments of the shape."""
+        return measure(self.shape)
+
+    def start(self) -> Pose:
+        """Where the shape was placed; a free body begins with its own velocity."""
+        return launched(still(self.measure.center), self.motion)
+
+    def bounds(self, pose: Pose) -> Bounds:
         """Lower and upper corner of a box that holds the body [L]."""
-        return self.shape.bounds()
+        return self._placed(pose).bounds()
 
-    def distance(self, points: Array, time: float) -> Array:
+    def distance(self, points: Array, pose: Pose) -> Array:
         """Signed distance [L], negative inside, at ``points`` (ndim, ...)."""
-        return self.shape.distance(points)
+        return self._placed(pose).distance(points)
 
-    def velocity(self, points: Array, time: float) -> Array:
-        """Velocity of the body's matter [L/T] at ``points`` (ndim, ...)."""
-        return self.motion.velocity(points, time)
+    def deformation(self, points: Array, pose: Pose) -> Array | None:
+        """None: it is rigid."""
+        return None
+
+    def _placed(self, pose: Pose) -> Shape:
+        center = self.measure.center
+        if pose.center == center and not any(pose.angle):
+            return self.shape
+        if not any(pose.angle):
+            return self.shape.moved([a - b for a, b in zip(pose.center, center, strict=True)])
+        return self.shape.moved([-c for c in center]).moved(pose.center, pose.angle)
+
+
+def check_motion(motion: object) -> None:
+    """Refuse what is not a motion."""
+    if not isinstance(motion, Fixed | Prescribed | Free):
+        raise InputError(
+            f"motion must be Fixed(), Prescribed(...) or Free(...), got {motion!r}",
+            hint="motion=pmesh.Fixed()",
+        )
+
+
+def launched(pose: Pose, motion: Motion) -> Pose:
+    """A pose at its motion's first instant."""
+    if isinstance(motion, Free):
+        return Pose(
+            time=pose.time,
+            center=pose.center,
+            angle=pose.angle,
+            velocity=motion.velocity or pose.velocity,
+            spin=(motion.spin,) if len(pose.spin) == 1 else pose.spin,
+        )
+    return motion.pose(pose, pose.time)

@@ -1,0 +1,53 @@
+"""The zero contour of a plane shape as closed lines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelset.shape import Shape
+from remesh.errors import InputError
+
+Values = NDArray[np.float64]
+
+
+def contour(shape: Shape, *, cells: int = 256) -> list[Values]:
+    """Closed lines (n, 2) on which the distance is zero, anticlockwise around the inside.
+
+    ``cells``: of the mesh along the longest side of the shape's box; second order in their size.
+    Refuses a shape in space.
+    """
+    if shape.ndim != 2:
+        raise InputError(
+            f"a contour is drawn of a plane shape, got {shape.ndim} dimensions",
+            hint="levelset.shapes.Disk",
+        )
+    from contourpy import contour_generator
+
+    low, high = (np.array(corner) for corner in shape.bounds())
+    step = float((high - low).max()) / cells
+    axes = [
+        a - 2 * step + step * np.arange(math.ceil((b - a) / step) + 5)
+        for a, b in zip(low, high, strict=True)
+    ]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"))
+    values = shape.distance(points)
+    lines = contour_generator(axes[1], axes[0], values, line_type="Separate").lines(0.0)
+    closed = []
+    for line in lines:
+        ring = np.asarray(line, np.float64)[:-1, ::-1]
+        closed.append(_oriented(ring, shape))
+    return closed
+
+
+def _oriented(ring: Values, shape: Shape) -> Values:
+    """The ring with the inside on its left."""
+    here, there = ring, np.roll(ring, -1, axis=0)
+    along = there - here
+    longest = int(np.argmax((along**2).sum(axis=1)))
+    left = np.array([-along[longest, 1], along[longest, 0]])
+    middle = 0.5 * (here + there)[longest]
+    inside = shape.distance((middle + 0.1 * left)[:, None])[0] < shape.distance(middle[:, None])[0]
+    return ring if inside else ring[::-1].copy()

@@ -1,0 +1,143 @@
+"""How a body moves: held, led by a law of time, or free in the fluid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from pmesh.bodies.pose import Pose
+from remesh.errors import InputError, as_number
+
+Law = Callable[[float], Sequence[float] | float]
+STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))  # of a derivative, order 4
+NUDGE = 1e-3  # of its steps, in units of the law's own scale of time
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """No motion."""
+
+    def pose(self, start: Pose, time: float) -> Pose:
+        """The place at a time: always the start."""
+        return replace(start, time=time)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Prescribed:
+    """A motion given as laws of time.
+
+    ``shift(t)``: of the centre from where the body was placed [L]; ``angle(t)``: turned by [rad].
+    ``velocity`` and ``spin`` are their derivatives; if not given they are differences of order
+    four over steps of 1e-3 ``scale`` [T], the time over which the laws change. Before t = 0 the
+    body rests: a velocity at t = 0 is an impulsive start.
+    """
+
+    shift: Law | None = None
+    angle: Law | None = None
+    velocity: Law | None = None
+    spin: Law | None = None
+    scale: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Refuse laws that cannot be called."""
+        for name in ("shift", "angle", "velocity", "spin"):
+            law = getattr(self, name)
+            if law is not None and not callable(law):
+                raise InputError(
+                    f"Prescribed {name} must be a function of time, got {law!r}",
+                    hint=f"{name}=lambda t: ...",
+                )
+        _positive("Prescribed scale", self.scale)
+
+    def pose(self, start: Pose, time: float) -> Pose:
+        """The place and velocity at a time; refuses laws of the wrong length or not finite."""
+        n, turns = len(start.center), len(start.angle)
+        shift = _told("shift", self.shift, time, n)
+        angle = _told("angle", self.angle, time, turns)
+        return Pose(
+            time=time,
+            center=tuple(a + b for a, b in zip(start.center, shift, strict=True)),
+            angle=tuple(a + b for a, b in zip(start.angle, angle, strict=True)),
+            velocity=self._rate("velocity", self.velocity, self.shift, time, n),
+            spin=self._rate("spin", self.spin, self.angle, time, turns),
+        )
+
+    def _rate(
+        self, name: str, rate: Law | None, law: Law | None, time: float, count: int
+    ) -> tuple[float, ...]:
+        if rate is not None or law is None:
+            return _told(name, rate, time, count)
+        step = NUDGE * self.scale
+        parts = [np.multiply(w, _told(name, law, time + k * step, count)) for k, w in STENCIL]
+        return tuple(float(x) for x in np.sum(parts, axis=0) / step)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spring:
+    """Springs and dampers that hold a free body to where it was placed, per unit fluid density.
+
+    Force ``-stiffness * shift - damping * velocity`` along each axis [L^2/T^2 and L^2/T per unit
+    length of a plane body], torque ``-torsion * angle - twist_damping * spin``.
+    """
+
+    stiffness: tuple[float, ...] = ()
+    damping: tuple[float, ...] = ()
+    torsion: float = 0.0
+    twist_damping: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Free:
+    """Motion that follows from the forces of the fluid, gravity and springs.
+
+    ``density``: of the body over the fluid's, 1 is neutrally buoyant, less is a light body;
+    ``gravity`` [L/T^2] acts on the difference; ``velocity`` and ``spin``: at the start;
+    ``locked``: what cannot move, of "x", "y", "angle" (a tethered swimmer: ``("x",)``).
+    """
+
+    density: float = 1.0
+    gravity: tuple[float, ...] = ()
+    spring: Spring | None = None
+    velocity: tuple[float, ...] = ()
+    spin: float = 0.0
+    locked: tuple[Literal["x", "y", "angle"], ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a density that is not positive, and numbers that are none."""
+        _positive("Free density", self.density)
+        for name in ("gravity", "velocity"):
+            given = tuple(as_number(f"Free {name}", x, hint="0.0") for x in getattr(self, name))
+            if not all(map(math.isfinite, given)):
+                raise InputError(f"Free {name} must be finite, got {given}", hint="(0.0, -1.0)")
+            object.__setattr__(self, name, given)
+        unknown = set(self.locked) - {"x", "y", "angle"}
+        if unknown:
+            raise InputError(
+                f"Free locked holds {sorted(unknown)}", hint='a tuple of "x", "y", "angle"'
+            )
+
+
+Motion = Fixed | Prescribed | Free
+
+
+def _told(name: str, law: Law | None, time: float, count: int) -> tuple[float, ...]:
+    """What a law says at a time, as plain floats; zeros for no law."""
+    if law is None:
+        return (0.0,) * count
+    values = tuple(float(x) for x in np.ravel(np.asarray(law(time), np.float64)))
+    if len(values) != count or not all(map(math.isfinite, values)):
+        raise InputError(
+            f"Prescribed {name} must give {count} finite numbers, gave {values} at t = {time:g}",
+            hint=f"{name}=lambda t: {(0.0,) * count if count > 1 else 0.0}",
+        )
+    return values
+
+
+def _positive(name: str, given: object) -> None:
+    value = as_number(name, given, hint="1.0")
+    if not (math.isfinite(value) and value > 0):
+        raise InputError(f"{name} must be positive, got {value:g}", hint="1.0")
