@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -28,9 +26,10 @@ def contour(shape: Shape, *, cells: int = 256) -> list[Values]:
 
     low, high = (np.array(corner) for corner in shape.bounds())
     step = float((high - low).max()) / cells
-    axes = [
-        a - 2 * step + step * np.arange(math.ceil((b - a) / step) + 5)
-        for a, b in zip(low, high, strict=True)
+    counts = np.ceil((high - low) / step - 1e-9).astype(int) + 4
+    axes = [  # laid out from the middle: a shape that is its own mirror image has such a contour
+        middle + step * (np.arange(count) - 0.5 * (count - 1))
+        for middle, count in zip(0.5 * (low + high), counts, strict=True)
     ]
     points = np.stack(np.meshgrid(*axes, indexing="ij"))
     values = shape.distance(points)

@@ -9,16 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.contour import contour
-from levelset.shape import Point, Shape
+from levelset.shape import Moved, Point, Shape, rotation
+from levelset.shapes import Box, Disk, Ellipse, Naca, Polygon, Sphere
 from remesh.errors import InputError
 
 Values = NDArray[np.float64]
 CELLS = 1024  # along the longest side of the box from which a plane shape is measured
+CUBES = 96  # the same in space
+POINTS = 4000  # of an aerofoil's edge
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measure:
-    """Volume [L^ndim], centre [L] and second moment about it [L^(ndim+2)] (plane: polar)."""
+    """Volume [L^ndim], centre [L] and polar second moment about it, of r^2 [L^(ndim+2)]."""
 
     volume: float
     center: Point
@@ -27,30 +30,77 @@ class Measure:
 
 @lru_cache(maxsize=64)
 def measure(shape: Shape) -> Measure:
-    """The moments of a shape, from its zero contour: exact for the polygon, which is of order 2.
+    """The moments of a shape: exact for disk, ball, ellipse, box, polygon, and those moved.
 
-    About 1e-6 relative for a smooth plane shape; refuses a shape that the contour does not see.
+    Others in the plane: from the zero contour, of order 2, about 1e-6 relative for a smooth
+    shape; in space: from the distance on 96 cells along the longest side, of order 2, about 1e-3.
+    Refuses a shape without inside.
     """
-    volume = 0.0
-    first, second = np.zeros(2), 0.0
-    for line in contour(shape, cells=CELLS):
-        one, two, three = _polygon(line)
-        volume, first, second = volume + one, first + two, second + three
+    found = _known(shape)
+    if found is None:
+        found = _of_rings(contour(shape, cells=CELLS)) if shape.ndim == 2 else _of_cells(shape)
+    return found
+
+
+def _known(shape: Shape) -> Measure | None:
+    """The moments where a closed form is known."""
+    if isinstance(shape, Moved):
+        before = measure(shape.shape)
+        turned = rotation(shape.angle) @ np.array(before.center) + shape.shift
+        center = tuple(float(x) for x in turned)
+        return Measure(volume=before.volume, center=center, inertia=before.inertia)
+    if isinstance(shape, Polygon):
+        return _of_rings([np.array(shape.corners)])
+    if isinstance(shape, Naca):
+        return _of_rings([shape.outline(POINTS)])
+    if isinstance(shape, Disk):
+        center, square = shape.center, shape.radius**2 / 2
+    elif isinstance(shape, Sphere):
+        center, square = shape.center, shape.radius**2 * 3 / 5
+    elif isinstance(shape, Ellipse):
+        center, square = shape.center, sum(a * a for a in shape.axes) / 4
+    elif isinstance(shape, Box):
+        center, square = shape.center or (), sum(a * a for a in shape.size) / 12
+    else:
+        return None
+    volume = shape.volume
+    return Measure(volume=volume, center=center, inertia=volume * square)
+
+
+def _of_rings(rings: list[Values]) -> Measure:
+    """The moments inside closed lines (n, 2), holes clockwise; exact for their polygons."""
+    volume, first, second = 0.0, np.zeros(2), 0.0
+    middle = np.mean(np.concatenate(rings), axis=0) if rings else np.zeros(2)
+    for ring in rings:
+        here, there = ring - middle, np.roll(ring - middle, -1, axis=0)
+        cross = here[:, 0] * there[:, 1] - there[:, 0] * here[:, 1]
+        volume += 0.5 * cross.sum()
+        first += (cross[:, None] * (here + there)).sum(axis=0) / 6
+        second += (cross[:, None] * (here**2 + here * there + there**2)).sum() / 12
+    if len(rings) == 1 and volume < 0:  # a polygon given clockwise
+        volume, first, second = -volume, -first, -second
+    return _measured(volume, first, second, middle)
+
+
+def _of_cells(shape: Shape) -> Measure:
+    """The moments of the cells' shares, a ramp of the distance one cell wide."""
+    low, high = (np.array(corner) for corner in shape.bounds())
+    step = float((high - low).max()) / CUBES
+    counts = np.ceil((high - low) / step).astype(int) + 2
+    middle = 0.5 * (low + high)
+    axes = [step * (np.arange(n) - 0.5 * (n - 1)) for n in counts]
+    points = np.stack(np.meshgrid(*axes, indexing="ij"))
+    column = middle.reshape(-1, *(1,) * shape.ndim)
+    share = np.clip(0.5 - shape.distance(points + column) / step, 0.0, 1.0) * step**shape.ndim
+    first = (points * share).reshape(shape.ndim, -1).sum(axis=1)
+    return _measured(float(share.sum()), first, float((points**2 * share).sum()), middle)
+
+
+def _measured(volume: float, first: Values, second: float, middle: Values) -> Measure:
+    """The moments about the centre, from those about a middle."""
     if not volume > 0:
         raise InputError("the shape has no inside", hint="a shape of positive volume")
-    center = first / volume
-    return Measure(
-        volume=volume,
-        center=tuple(float(x) for x in center),
-        inertia=second - volume * float(center @ center),
-    )
-
-
-def _polygon(line: Values) -> tuple[float, Values, float]:
-    """Area, first moments and polar moment about the origin of a closed line (n, 2)."""
-    here, there = line, np.roll(line, -1, axis=0)
-    cross = here[:, 0] * there[:, 1] - there[:, 0] * here[:, 1]
-    area = 0.5 * cross.sum()
-    first = (cross[:, None] * (here + there)).sum(axis=0) / 6
-    second = (cross[:, None] * (here**2 + here * there + there**2)).sum() / 12
-    return float(area), first, float(second)
+    arm = first / volume
+    center = tuple(float(x) for x in middle + arm)
+    inertia = float(second - volume * (arm @ arm))
+    return Measure(volume=float(volume), center=center, inertia=inertia)

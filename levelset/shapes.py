@@ -1,4 +1,4 @@
-"""Shapes with exact signed distances: disk, sphere, ellipse, box, slotted disk, polygon."""
+"""Shapes with exact signed distances: disk, sphere, ellipse, box, slotted disk, and others."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from levelset.naca import Naca
 from levelset.polygon import Polygon
 from levelset.shape import (
     Array,
@@ -33,6 +34,7 @@ __all__ = [
     "Ellipse",
     "Intersection",
     "Moved",
+    "Naca",
     "Polygon",
     "Shape",
     "SlottedDisk",
