@@ -217,7 +217,7 @@ def _spectrum(curve: Record) -> Spectrum:
     step = curve.span / n
     power = np.abs(np.fft.rfft(away * window, padded)) ** 2 * 2 * step / float(window @ window)
     power[0] *= 0.5
-    return Spectrum(np.fft.rfftfreq(padded, step), power, 1.0 / curve.span)
+    return Spectrum(np.asarray(np.fft.rfftfreq(padded, step), np.float64), power, 1.0 / curve.span)
 
 
 def _periodic(curve: Record, least: int = 3, tolerance: float = 0.02) -> Cycle:
@@ -271,7 +271,7 @@ def _edges(time: Values, phase: Values) -> Values:
     time, phase = time[first:], phase[first:]
     turns = math.floor((phase[-1] - phase[0]) / (2 * math.pi) + 1e-9)
     wanted = phase[-1] - 2 * math.pi * np.arange(turns, -1, -1)
-    return np.interp(wanted, phase, time)
+    return np.asarray(np.interp(wanted, phase, time), np.float64)
 
 
 def _settled(curve: Record, edges: Values, least: int, tolerance: float) -> Cycle:
