@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 from remesh.lazy import lazy_names
 
 if TYPE_CHECKING:
-    from pmesh.bodies.body import Fixed as Fixed
     from pmesh.bodies.body import RigidBody as RigidBody
+    from pmesh.bodies.motion import Fixed as Fixed
+    from pmesh.bodies.motion import Free as Free
+    from pmesh.bodies.motion import Prescribed as Prescribed
+    from pmesh.bodies.motion import Spring as Spring
     from pmesh.bodies.penalise import Penalisation as Penalisation
     from pmesh.run.loop import run as run
     from pmesh.run.progress import Progress as Progress
@@ -20,6 +23,7 @@ if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow as VortexFlow
     from pmesh.vortex.limits import Limit as Limit
     from pmesh.vortex.state import State as State
+    from pmesh.vortex.window import Window as Window
     from remesh.errors import BlowUpError as BlowUpError
     from remesh.errors import InputError as InputError
     from remesh.errors import PmeshError as PmeshError
@@ -31,24 +35,32 @@ __all__ = [
     "BlowUpError",
     "Fixed",
     "Forces",
+    "Free",
     "InputError",
     "Ledger",
     "Limit",
     "Penalisation",
     "PmeshError",
+    "Prescribed",
     "Progress",
     "RigidBody",
     "Snapshots",
+    "Spring",
     "State",
     "StorageError",
     "VortexFlow",
+    "Window",
     "poisson",
     "run",
     "velocity",
 ]
 
 _HOME = {
-    "Fixed": "pmesh.bodies.body",
+    "Fixed": "pmesh.bodies.motion",
+    "Free": "pmesh.bodies.motion",
+    "Prescribed": "pmesh.bodies.motion",
+    "Spring": "pmesh.bodies.motion",
+    "Window": "pmesh.vortex.window",
     "RigidBody": "pmesh.bodies.body",
     "Penalisation": "pmesh.bodies.penalise",
     "Progress": "pmesh.run.progress",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -35,6 +36,10 @@ class Body(Protocol):
     @property
     def deforming(self) -> bool:
         """Whether its shape is a law of the time."""
+
+    @property
+    def period(self) -> float:
+        """Time over which its deformation changes [T]; infinite for a rigid body."""
 
     @property
     def length(self) -> float:
@@ -85,6 +90,11 @@ class RigidBody:
     def deforming(self) -> bool:
         """False: it is rigid."""
         return False
+
+    @property
+    def period(self) -> float:
+        """Infinite: it is rigid."""
+        return math.inf
 
     @property
     def length(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from pmesh.bodies.pose import Pose
 from remesh.errors import InputError, as_number
 
 Law = Callable[[float], Sequence[float] | float]
+COORDINATES = ("x", "y", "angle")  # of a plane body
 STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))  # of a derivative, order 4
 NUDGE = 1e-3  # of its steps, in units of the law's own scale of time
 
@@ -20,6 +21,8 @@ NUDGE = 1e-3  # of its steps, in units of the law's own scale of time
 @dataclass(frozen=True)
 class Fixed:
     """No motion."""
+
+    moving: ClassVar[bool] = False
 
     def pose(self, start: Pose, time: float) -> Pose:
         """The place at a time: always the start."""
@@ -41,6 +44,8 @@ class Prescribed:
     velocity: Law | None = None
     spin: Law | None = None
     scale: float = 1.0
+
+    moving: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Refuse laws that cannot be called."""
@@ -106,6 +111,8 @@ class Free:
     spin: float = 0.0
     locked: tuple[Literal["x", "y", "angle"], ...] = ()
 
+    moving: ClassVar[bool] = True
+
     def __post_init__(self) -> None:
         """Refuse a density that is not positive, and numbers that are none."""
         _positive("Free density", self.density)
@@ -114,7 +121,7 @@ class Free:
             if not all(map(math.isfinite, given)):
                 raise InputError(f"Free {name} must be finite, got {given}", hint="(0.0, -1.0)")
             object.__setattr__(self, name, given)
-        unknown = set(self.locked) - {"x", "y", "angle"}
+        unknown = set(self.locked) - set(COORDINATES)
         if unknown:
             raise InputError(
                 f"Free locked holds {sorted(unknown)}", hint='a tuple of "x", "y", "angle"'

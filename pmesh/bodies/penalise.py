@@ -8,36 +8,39 @@ With ``f = sqrt(chi) g / tau`` this is the system
     (1/(lambda tau) + sqrt(chi) A sqrt(chi)) g = sqrt(chi) (u_s - u*)
 
 for the velocity u* without the force, symmetric but for 0.1 %: the curl of the force is a compact
-difference, so that the impulse it gives is exact, the curl of the velocity is exact. Conjugate
-gradients iterate it on its own residual, on a box around the bodies only: in free space that is
-the same convolution as on the whole mesh. The cost grows with the box around all bodies.
+difference, so that the impulse it gives is exact, the curl of the velocity is exact. Velocities of
+bodies that follow the fluid are further unknowns U, and their momenta further equations:
+
+    M U = P - sum of f tau along the body's rigid motions,
+
+M the body's mass less the fluid's: the fluid's inertia, added mass included, is in A. So a body of
+any density, lighter than the fluid too, moves with no iteration between fluid and body. Conjugate
+residuals iterate the system on a box around the bodies only: in free space that is the same
+convolution as on the whole mesh. The cost grows with the box around all bodies.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.body import Body
-from pmesh.bodies.wall import indicator
+from pmesh.bodies.krylov import solve
+from pmesh.bodies.mask import Mask
 from pmesh.spectral.velocity import VelocitySolver
 from remesh.errors import BlowUpError, InputError, as_number
-from remesh.grid import Grid
 from remesh.stencils import curl
 
 Array = NDArray[np.floating[Any]]
-NODE = 1e-6  # a box ends on a node when it comes this close, in spacings: the same box on any mesh
 RANGES = {  # outside of these the wall is not where its offset says
     "strength": (10.0, 1e6),
     "width": (0.5, 8.0),
     "tolerance": (1e-12, 0.1),
     "iterations": (1, 1_000_000),
 }
-MARGIN = 4  # nodes of a box beyond the indicator: the curl's stencil and one more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,57 +70,27 @@ class Penalisation:
                 )
 
 
-class Mask(NamedTuple):
-    """The bodies on a box of the mesh."""
+class Freedom(NamedTuple):
+    """Free coordinates of the bodies: velocities and spins that follow from the force.
 
-    grid: Grid  # of the box
-    chi: Array  # indicator, shape of the box
-    root: Array  # its square root
-    owner: NDArray[np.int64]  # index of the nearest body at every node
-    velocity: Array  # of the bodies' matter, (ndim, *shape) [L/T]
+    Each momentum ``inertia * value`` at the end of the step is ``push`` less the impulse of the
+    force along the mode. The inertia is that of the body less that of the fluid in its place: zero
+    for a neutrally buoyant body, negative for a light one.
+    """
+
+    modes: Array  # velocity per unit of each coordinate, (m, ndim, *shape)
+    inertia: Array  # (m,), over the cell volume
+    push: Array  # (m,), over the cell volume
 
 
 class Imposed(NamedTuple):
     """What the penalisation did over a time tau."""
 
     impulse: Array  # force density times tau on the box, (ndim, *shape) [L/T]
-    velocity: Array  # at the end, on the box [L/T]
+    slip: Array  # sqrt(chi) (u - u_s) at the end, on the box [L/T]
     residual: float  # of the penalisation law, rms over the body relative to the speed
     iterations: int
-
-
-@lru_cache(maxsize=8)
-def mask_of(bodies: tuple[Body, ...], grid: Grid, time: float, width: float, offset: float) -> Mask:
-    """Bodies on a box: the indicator of ``distance < -offset`` over +-``width`` [L], and owners."""
-    points = grid.points()
-    distances = np.stack([body.distance(points, time) for body in bodies])
-    owner = np.argmin(distances, axis=0)
-    chi = indicator(distances.min(axis=0) + offset, width)
-    velocity = np.zeros_like(points)
-    for number, body in enumerate(bodies):
-        velocity = np.where(owner == number, body.velocity(points, time), velocity)
-    return Mask(grid, chi, np.sqrt(chi), owner, velocity)
-
-
-def box_around(bodies: tuple[Body, ...], grid: Grid, time: float, reach: float) -> Grid:
-    """The part of the mesh's lattice that holds the bodies and ``reach`` [L] around them.
-
-    A periodic axis is taken whole. The box may stick out of the mesh: the caller decides.
-    """
-    corners = [body.bounds(time) for body in bodies]
-    shape, origin = [], []
-    for axis in range(grid.ndim):
-        if grid.periodic[axis]:
-            shape.append(grid.shape[axis])
-            origin.append(grid.origin[axis])
-            continue
-        low = min(lower[axis] for lower, _ in corners) - reach - grid.origin[axis]
-        high = max(upper[axis] for _, upper in corners) + reach - grid.origin[axis]
-        first = int(np.floor(low / grid.spacing + NODE)) - MARGIN
-        last = int(np.ceil(high / grid.spacing - NODE)) + MARGIN
-        shape.append(last - first + 1)
-        origin.append(grid.origin[axis] + first * grid.spacing)
-    return Grid(shape, grid.spacing, origin, grid.boundary)
+    values: tuple[float, ...]  # of the free coordinates [L/T and rad/T]
 
 
 def penalise(
@@ -130,55 +103,113 @@ def penalise(
     speed: float,
     settings: Penalisation,
     guess: Array | None = None,
+    freedom: Freedom | None = None,
 ) -> Imposed:
     """Hold the fluid to the bodies over a time tau.
 
     ``velocity``: at the end of the step without the force, on the mask's box [L/T]; ``rate`` =
     lambda tau; ``spread`` = viscosity * tau [L^2]; ``speed``: the reference [L/T]; ``guess``: an
-    impulse density to begin from. The sum of the impulse is the momentum given to the fluid. Stops
+    impulse density to begin from; ``freedom``: of bodies that follow the fluid. The sum of the
+    impulse is the momentum given to the fluid; along free modes it is exact to round-off. Stops
     when the residual is within ``settings.tolerance * speed``; raises BlowUpError if it never is.
     """
-    mask = mask._replace(
-        root=mask.root.astype(velocity.dtype, copy=False),
-        velocity=mask.velocity.astype(velocity.dtype, copy=False),
-    )
-    root = mask.root
+    dtype = velocity.dtype
+    system = _System(mask, solver, rate, spread, freedom or _held(velocity))
     weight = max(float(mask.chi.sum(dtype=np.float64)), 1.0)
-    g = np.zeros_like(velocity) if guess is None else _divided(guess, root)
-    induced = _induced(g, mask, solver, spread)
-    rest = root * (mask.velocity - velocity - induced) - g / rate
-    direction, norm = rest.copy(), _dot(rest, rest)
-    target, count = weight * (settings.tolerance * speed) ** 2, 0
-    while not norm <= target:
-        if count >= settings.iterations or not np.isfinite(norm):
-            raise BlowUpError(
-                f"the penalisation left a slip residual of {np.sqrt(norm / weight) / speed:.2e} "
-                f"after {count} iterations, asked for {settings.tolerance:.1e}",
-                hint="a smaller penalisation strength, or a larger tolerance",
-            )
-        answer = _induced(direction, mask, solver, spread)
-        image = direction / rate + root * answer
-        length = norm / _dot(direction, image)
-        g += length * direction
-        induced += length * answer
-        rest -= length * image
-        before, norm = norm, _dot(rest, rest)
-        direction = rest + (norm / before) * direction
-        count += 1
-    return Imposed(root * g, velocity + induced, float(np.sqrt(norm / weight)) / speed, count)
+    target = weight * (settings.tolerance * speed) ** 2
+    known = system.root * (mask.velocity.astype(dtype, copy=False) - velocity)
+    begin = system.begin(guess, velocity)
+    rest = system.joined(known, system.push()) - system.apply(begin)
+    found = solve(system.apply, begin, rest, target=target, iterations=settings.iterations)
+    if not found.residual <= target:
+        raise BlowUpError(
+            f"the penalisation left a slip residual of "
+            f"{np.sqrt(found.residual / weight) / speed:.2e} "
+            f"after {found.iterations} iterations, asked for {settings.tolerance:.1e}",
+            hint="a smaller penalisation strength, or a larger tolerance",
+        )
+    g, values = system.parted(found.solution)
+    slip = -g / dtype.type(rate) - system.parted(found.rest)[0]
+    return Imposed(
+        impulse=system.balanced(system.root * g, values),
+        slip=slip,
+        residual=float(np.sqrt(found.residual / weight)) / speed,
+        iterations=found.iterations,
+        values=tuple(float(value) for value in values),
+    )
 
 
-def _induced(g: Array, mask: Mask, solver: VelocitySolver, spread: float) -> Array:
-    """Velocity on the box from the impulse ``root * g``, whose curl spreads like phi1."""
-    created = curl(mask.root * g, mask.grid, order=4, edge="zero")
-    smoothing = ("phi1", spread) if spread > 0 else None
-    return solver.velocity(created, smoothing=smoothing)
+class _System:
+    """The penalisation's matrix for g and, scaled, the values of the free coordinates."""
+
+    def __init__(
+        self, mask: Mask, solver: VelocitySolver, rate: float, spread: float, freedom: Freedom
+    ) -> None:
+        dtype = solver.dtype
+        self.root = mask.root.astype(dtype, copy=False)
+        self.grid, self.solver = mask.grid, solver
+        self.rate, self.smoothing = rate, ("phi1", spread) if spread > 0 else None
+        self.freedom = freedom
+        felt = freedom.modes.astype(dtype) * self.root
+        self.shape = (len(self.grid.shape), *self.grid.shape)
+        self.felt = felt.reshape(len(felt), math.prod(self.shape))
+        sizes = np.sum(np.square(self.felt, dtype=np.float64), axis=1)
+        self.scale = 1.0 / np.sqrt(sizes + np.abs(freedom.inertia))
+
+    def apply(self, unknown: Array) -> Array:
+        """The matrix times g and the scaled values."""
+        g, values = self.parted(unknown)
+        image = g / g.dtype.type(self.rate) + self.root * self.induced(self.root * g)
+        if not len(values):
+            return image.ravel()
+        image = image.ravel() - values.astype(g.dtype) @ self.felt
+        moments = -self.felt @ g.ravel() - self.freedom.inertia * values
+        return self.joined(image, moments)
+
+    def push(self) -> Array:
+        """The right side of the coordinates' momenta."""
+        return -self.freedom.push
+
+    def joined(self, field: Array, moments: Array) -> Array:
+        """One flat vector of a field and momenta, which are scaled."""
+        flat = field.ravel()
+        return np.concatenate([flat, (self.scale * moments).astype(flat.dtype)])
+
+    def parted(self, unknown: Array) -> tuple[Array, Array]:
+        """The field and the values of the coordinates in one flat vector."""
+        count = len(self.scale)
+        cut = len(unknown) - count
+        return unknown[:cut].reshape(self.shape), self.scale * unknown[cut:].astype(np.float64)
+
+    def begin(self, guess: Array | None, velocity: Array) -> Array:
+        """The vector of a guessed impulse."""
+        g = np.zeros_like(velocity) if guess is None else _divided(guess, self.root)
+        values = np.zeros(len(self.scale), velocity.dtype)
+        return np.concatenate([g.ravel().astype(velocity.dtype, copy=False), values])
+
+    def balanced(self, impulse: Array, values: Array) -> Array:
+        """The impulse with the momenta that the coordinates ask for, to round-off."""
+        if not len(values):
+            return impulse
+        modes = self.freedom.modes.reshape(len(values), -1)
+        weighted = modes * np.broadcast_to(self.root**2, self.shape).ravel()
+        missing = self.freedom.push - self.freedom.inertia * values - modes @ impulse.ravel()
+        share = np.linalg.solve(weighted @ modes.T, missing)
+        added = (share @ weighted).reshape(self.shape)
+        return np.asarray(impulse + added, impulse.dtype)
+
+    def induced(self, impulse: Array) -> Array:
+        """Velocity that an impulse density induces at the end of the step."""
+        created = curl(impulse, self.grid, order=4, edge="zero")
+        return self.solver.velocity(created, smoothing=self.smoothing)
+
+
+def _held(velocity: Array) -> Freedom:
+    """No free coordinates."""
+    nothing = np.zeros(0)
+    return Freedom(np.zeros((0, *velocity.shape)), nothing, nothing)
 
 
 def _divided(impulse: Array, root: Array) -> Array:
     """impulse / root where the root is not zero."""
     return np.divide(impulse, root, out=np.zeros_like(impulse), where=root > 0)
-
-
-def _dot(a: Array, b: Array) -> float:
-    return float(np.sum(a * b, dtype=np.float64))

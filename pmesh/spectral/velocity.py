@@ -96,6 +96,16 @@ class VelocitySolver:
         self._run(sources, terms, self._components(out), None)
         return out
 
+    def potential_flow(self, source: Field) -> Field:
+        """Velocity grad(phi), laplace(phi) = source [1/T], of a flow that swells [L/T]."""
+        source = check_field(source, self.grid.shape, self.dtype, "source")
+        out = output(None, (self.grid.ndim, *self.grid.shape), self.dtype)
+        firsts = [_derivative(self.grid.ndim, axis) for axis in range(self.grid.ndim)]
+        tables = self._tables(firsts)
+        terms = [[_term(0, table, name, -1)] for table, name in zip(tables, firsts, strict=True)]
+        self._run([source], terms, list(out), None)
+        return out
+
     def poisson(self, rhs: Field, *, out: Field | None = None) -> Field:
         """Solution psi of laplace(psi) = rhs; ``rhs``: ``grid.shape``, or several in front."""
         shape, ndim = self.grid.shape, self.grid.ndim

@@ -1,28 +1,34 @@
-"""The bodies of a flow over a step: where the penalisation acts, and the vorticity it creates."""
+"""The bodies of a flow over a step: where their force acts, and the vorticity it creates."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
-from pmesh.bodies.penalise import Imposed, Mask, Penalisation, box_around, mask_of, penalise
+from pmesh.bodies.mask import Mask, box_around, mask_of, moves
+from pmesh.bodies.motion import Free
+from pmesh.bodies.penalise import Freedom, Imposed, Penalisation, penalise
+from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import start_offset, wall_offset
 from pmesh.spectral.velocity import VelocitySolver
-from pmesh.vortex.state import Constraint, Load
+from pmesh.vortex.state import Constraint
 from remesh.grid import Grid
 from remesh.stencils import curl
+from remesh.transfer import p2m
 
 Array = NDArray[np.floating[Any]]
 SPREAD = 8.0  # a wide box reaches this many standard deviations of the viscous spread further
 START_RATE = 1e3  # lambda tau of an impulsive start
 SHEET = 0.1  # its vortex sheet lies this part of a spacing outside the wall: on Stokes's first
 # problem the drag is then right from a layer of sqrt(nu t) = 0.6 h on; at 0 it is 2 % too large
+CARRIER = "M6'"  # kernel that carries a force along with its body
+FAINT = 1e-3  # indicator below which a carried force says nothing
 
 
 class Window(NamedTuple):
@@ -37,24 +43,28 @@ class Wall:
     """The bodies on a mesh at one time, and how they are held."""
 
     bodies: tuple[Body, ...]
+    poses: tuple[Pose, ...]
     grid: Grid  # the mesh
-    time: float
     viscosity: float
     settings: Penalisation
     order: int  # of the velocity solve that the wall feels
     radius: float
     solver: Callable[[Grid], VelocitySolver]
 
+    def at(self, poses: tuple[Pose, ...]) -> Wall:
+        """The same bodies elsewhere."""
+        return replace(self, poses=poses)
+
     @property
     def near(self) -> Grid:
         """The box that holds the indicator."""
         reach = self.settings.width * self.grid.spacing
-        return box_around(self.bodies, self.grid, self.time, reach)
+        return box_around(self.bodies, self.poses, self.grid, reach)
 
     def wide(self, spread: float) -> Grid:
         """The box that holds what the force creates after it spread by ``spread`` [L^2]."""
         reach = self.settings.width * self.grid.spacing + SPREAD * math.sqrt(2 * spread)
-        return box_around(self.bodies, self.grid, self.time, reach)
+        return box_around(self.bodies, self.poses, self.grid, reach)
 
     def mask(self, *, impulsive: bool = False) -> Mask:
         """The indicator, drawn in so that the flow sees the wall at distance zero."""
@@ -63,35 +73,77 @@ class Wall:
             offset = start_offset(settings.width, START_RATE, self.order, self.radius) - SHEET
         else:
             offset = wall_offset(settings.width, settings.strength, self.order, self.radius)
-        time = self.time if any(body.moving for body in self.bodies) else 0.0
-        return mask_of(self.bodies, self.near, time, settings.width * h, offset * h)
+        return mask_of(self.bodies, self.poses, self.near, settings.width * h, offset * h)
 
     def start(self, velocity: Array, speed: float) -> tuple[Imposed, Array]:
         """Stop the slip of a given velocity [L/T] at once: the impulse, and its vorticity."""
-        box = self.window(self.near)
-        given = _cut(velocity, box, self.near)
         imposed = penalise(
-            given, self.mask(impulsive=True), self.solver(self.near), rate=START_RATE, spread=0.0,
-            speed=speed, settings=self.settings,
+            self.cut(velocity), self.launched(self.mask(impulsive=True)), self.solver(self.near),
+            rate=START_RATE, spread=0.0, speed=speed, settings=self.settings,
         )  # fmt: skip
         return imposed, self.created(imposed.impulse, 0.0)
 
-    def impose(self, velocity: Array, tau: float, speed: float, guess: Array | None) -> Imposed:
+    def launched(self, mask: Mask) -> Mask:
+        """The mask with the velocity that free bodies have."""
+        points, velocity = mask.grid.points(), mask.velocity
+        for number, (body, pose) in enumerate(zip(self.bodies, self.poses, strict=True)):
+            if isinstance(body.motion, Free):
+                velocity = velocity + np.where(mask.owner == number, pose.rigid(points), 0.0)
+        return mask._replace(velocity=velocity)
+
+    def impose(
+        self,
+        velocity: Array,
+        tau: float,
+        speed: float,
+        guess: Array | None,
+        freedom: Freedom | None = None,
+    ) -> Imposed:
         """Hold the bodies over a time tau [T]; ``velocity`` on the mesh without the force."""
         spread = self.viscosity * tau
         rate = self.settings.strength * spread / self.grid.spacing**2
         return penalise(
-            _cut(velocity, self.window(self.near), self.near), self.mask(), self.solver(self.near),
-            rate=rate, spread=spread, speed=speed, settings=self.settings, guess=guess,
+            self.cut(velocity), self.mask(), self.solver(self.near), rate=rate, spread=spread,
+            speed=speed, settings=self.settings, guess=guess, freedom=freedom,
         )  # fmt: skip
+
+    def carried(self, before: Wall, force: Array) -> Array:
+        """A force density on the near box of an earlier wall, moved along with the bodies."""
+        if not any(moves(body) for body in self.bodies):
+            return force
+        mask, near = before.mask(), self.near
+        points, dt = mask.grid.points(), self.poses[0].time - before.poses[0].time
+        inside = mask.chi > 0
+        places = np.empty((int(inside.sum()), self.grid.ndim))
+        owner = mask.owner[inside]
+        for number, (body, old, new) in enumerate(
+            zip(self.bodies, before.poses, self.poses, strict=True)
+        ):
+            own = owner == number
+            here = points[:, inside][:, own]
+            change = body.deformation(here, old)
+            there = here if change is None else here + dt * change
+            center = np.reshape(new.center, (-1, 1))
+            places[own] = (center + new.turned(old.seen(there))).T
+        parts = [
+            p2m(places, component[inside] * self.grid.cell_volume, near, kernel=CARRIER)
+            for component in force
+        ]
+        return np.stack(parts).astype(force.dtype, copy=False)
+
+    def guess(self, force: Array) -> Array:
+        """A carried force where the indicator can hold it."""
+        if not any(moves(body) for body in self.bodies):
+            return force
+        chi = self.mask().chi
+        return np.asarray(force * (chi / (chi + FAINT)), force.dtype)
 
     def created(self, impulse: Array, spread: float) -> Array:
         """Vorticity on the mesh [1/T] from an impulse density on the near box, spread by phi1."""
         wide, near = self.wide(spread), self.near
-        front = _steps(wide, near)
         widened = np.zeros((len(impulse), *wide.shape), impulse.dtype)
-        inner = tuple(slice(a, a + n) for a, n in zip(front, near.shape, strict=True))
-        widened[(slice(None), *inner)] = impulse
+        part = window_on(wide, near)
+        widened[(slice(None), *part.mesh)] = impulse[(slice(None), *part.box)]
         vorticity = curl(widened, wide, order=4, edge="zero")
         if spread > 0:
             vorticity = self.solver(wide).smoothed(vorticity, spread, "phi1")
@@ -102,30 +154,40 @@ class Wall:
 
     def window(self, box: Grid) -> Window:
         """Where a box of this mesh's lattice lies on the mesh."""
-        mesh, inside = [], []
-        for first, n, nodes in zip(_steps(self.grid, box), box.shape, self.grid.shape, strict=True):
-            low, high = max(first, 0), min(first + n, nodes)
-            mesh.append(slice(low, high))
-            inside.append(slice(low - first, high - first))
-        return Window(tuple(mesh), tuple(inside))
+        return window_on(self.grid, box)
 
-    def report(self, imposed: Imposed, force: Array) -> tuple[Constraint, tuple[Load, ...]]:
-        """The penalisation's outcome and the load on each body, for ``force`` on the fluid."""
+    def cut(self, field: Array) -> Array:
+        """The part of a field on the near box; zero where the box sticks out of the mesh."""
+        near = self.near
+        window = self.window(near)
+        result = np.zeros((len(field), *near.shape), field.dtype)
+        result[(slice(None), *window.box)] = field[(slice(None), *window.mesh)]
+        return result
+
+    def held(self, imposed: Imposed, force: Array, change: Array) -> Constraint:
+        """The outcome of a step with the mean ``force`` on the fluid."""
         mask = self.mask()
-        slip = np.sqrt(np.sum((imposed.velocity - mask.velocity) ** 2, axis=0))
-        held = Constraint(
+        slip = np.sqrt(np.sum(imposed.slip**2, axis=0))  # weighed by sqrt(chi)
+        core = mask.chi > 0.5
+        return Constraint(
             grid=mask.grid,
             force=force,
-            slip=float(np.sqrt(np.sum(mask.chi * slip**2) / np.sum(mask.chi))),
-            slip_max=float(slip[mask.chi > 0.5].max()),
+            change=change,
+            slip=float(np.sqrt(np.sum(slip**2) / np.sum(mask.chi))),
+            slip_max=float((slip[core] / mask.root[core]).max()),
             residual=imposed.residual,
             iterations=imposed.iterations,
         )
-        loads = []
-        for number in range(len(self.bodies)):
-            own = force[:, mask.owner == number]
-            loads.append(tuple(-own.sum(axis=1, dtype=np.float64) * self.grid.cell_volume))
-        return held, tuple(Load(force=tuple(float(x) for x in load)) for load in loads)
+
+
+def window_on(grid: Grid, box: Grid) -> Window:
+    """Where a box lies on a mesh of the same lattice."""
+    mesh, inside = [], []
+    for first, n, nodes in zip(_steps(grid, box), box.shape, grid.shape, strict=True):
+        low, high = max(first, 0), min(first + n, nodes)
+        mesh.append(slice(low, high))
+        inside.append(slice(low - first, high - first))
+    return Window(tuple(mesh), tuple(inside))
 
 
 def _steps(grid: Grid, box: Grid) -> tuple[int, ...]:
@@ -133,10 +195,3 @@ def _steps(grid: Grid, box: Grid) -> tuple[int, ...]:
     return tuple(
         round((b - a) / grid.spacing) for a, b in zip(grid.origin, box.origin, strict=True)
     )
-
-
-def _cut(field: Array, window: Window, box: Grid) -> Array:
-    """The part of a field on a box; zero where the box sticks out of the mesh."""
-    result = np.zeros((len(field), *box.shape), field.dtype)
-    result[(slice(None), *window.box)] = field[(slice(None), *window.mesh)]
-    return result

@@ -11,16 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
+from pmesh.bodies.mask import moves
 from pmesh.bodies.penalise import Penalisation
+from pmesh.bodies.pose import Pose
 from pmesh.spectral.velocity import VelocitySolver
 from pmesh.vortex import ledger
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.domain import SIGNIFICANT, room
-from pmesh.vortex.limits import Limit, tightest
+from pmesh.vortex.limits import Limit, body_limits, ratio, tightest
+from pmesh.vortex.loads import inertia_force
+from pmesh.vortex.outer import Outer, swelling_flow
+from pmesh.vortex.passage import Passage
 from pmesh.vortex.recipe import checked_vorticity, validate
 from pmesh.vortex.schemes import SCHEMES, Carried, carry, on_mesh
 from pmesh.vortex.solvers import solver_for
 from pmesh.vortex.state import Load, State
+from pmesh.vortex.window import Window
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
@@ -32,6 +38,7 @@ Array = NDArray[np.floating[Any]]
 
 DEFAULT = Penalisation()
 EDGE = 3  # nodes from the edge of a fixed mesh within which vorticity is about to leave it
+PLACES = ("x", "y", "angle", "u", "v", "spin")  # columns of a body that moves
 FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
 
 
@@ -61,6 +68,7 @@ class VortexFlow:
     domain: Literal["grow", "follow", "fixed"] = "grow"  # of the unbounded axes
     order: int = 8  # of the Gaussian-regularised Poisson solve
     radius: float = 2.0  # of its regularisation, in spacings
+    window: Window | None = None  # around the bodies, in body lengths, out of which wakes may leave
     penalisation: Penalisation = DEFAULT
     largest_step: float = math.inf  # upper bound of dt [T]
     dtype: Literal["float64", "float32"] = "float64"
@@ -82,13 +90,18 @@ class VortexFlow:
             impulse_force=(math.nan, math.nan),
         )  # fmt: skip
         if self.bodies:
-            state = self._roomy(state, 0.0)
+            poses = tuple(body.start() for body in self.bodies)
+            state = self._roomy(replace(state, poses=poses), 0.0)
             wall, velocity = self._wall(state), self.velocity(state)
-            imposed, created = wall.start(velocity, self._reference(_largest(velocity)))
-            held, loads = wall.report(imposed, np.zeros_like(imposed.impulse))
-            nothing = tuple(Load(force=(math.nan,) * self.grid.ndim) for _ in loads)
+            speed = self._reference(_largest(velocity), poses)
+            imposed, created = wall.start(velocity, speed)
+            nothing = np.zeros_like(imposed.impulse)
+            unknown = Load(force=(math.nan,) * self.grid.ndim, torque=math.nan, power=math.nan)
             state = replace(
-                state, vorticity=state.vorticity + created, constraint=held, loads=nothing
+                state,
+                vorticity=state.vorticity + created,
+                constraint=wall.held(imposed, nothing, nothing),
+                loads=(unknown,) * len(poses),
             )
         return self._measured(state, self.velocity(state))
 
@@ -97,36 +110,35 @@ class VortexFlow:
         if not (math.isfinite(dt) and dt > 0):
             raise InputError(f"dt must be positive and finite, got {dt}", hint="flow.limit(state)")
         state = self._roomy(state, dt)
-        half, velocity, given = self._first_half(state, dt)
-        particles = _particles(half)
+        passage = Passage.planned(state, self._wall(state), dt) if self.bodies else None
+        outer = self._outer(state, passage)
+        half, velocity = self._first_half(state, passage, outer[0], dt)
         displacement = carry(
-            particles, velocity, self._inducer(state.grid), state.grid, dt,
+            _particles(half), velocity, self._inducer(state.grid, outer), state.grid, dt,
             SCHEMES[self.time_scheme], self.kernel, self.threads,
         )  # fmt: skip
-        moved = Carried(particles.strengths, displacement)
-        after = self._second_half(half, moved, given, dt)
-        return self._measured(self._pushed(state, after, dt), velocity)
+        moved = Carried(_particles(half).strengths, displacement)
+        after = self._second_half(half, moved, passage, outer[1], dt)
+        return self._measured(self._pushed(state, after, outer, dt), velocity)
 
     def limit(self, state: State) -> Limit:
         """The largest step [T] that this state allows, and the rule that sets it.
 
         "deformation": dt * max|grad u| <= ``deformation``, from the last step's velocity; "body":
         no particle passes more than a tenth of the smallest body; "diffusion": the viscous spread
-        stays below a tenth of it; "largest_step": the user's own bound.
+        stays below a tenth of it; "motion": a law of motion or a body's period is resolved, a
+        falling body drops less than a spacing; "largest_step": the user's own bound.
         """
-        limits = [Limit(_ratio(self.deformation, state.gradient), "deformation")]
-        if self.bodies:
-            size = min(
-                b - a for body in self.bodies for a, b in zip(*body.bounds(state.time), strict=True)
-            )
-            limits.append(Limit(_ratio(0.1 * size, state.speed), "body"))
-            limits.append(Limit(0.01 * size**2 / self.viscosity, "diffusion"))
+        limits = [Limit(ratio(self.deformation, state.gradient), "deformation")]
+        limits += body_limits(self.bodies, state, self.viscosity)
         limits.append(Limit(self.largest_step, "largest_step"))
         return tightest(*limits)
 
     def velocity(self, state: State) -> Array:
         """Velocity on the nodes, free stream included, shape (2, *grid.shape) [L/T]."""
-        return self._solver(state.grid).velocity(state.vorticity, freestream=self.freestream)
+        solver = self._solver(state.grid)
+        velocity = solver.velocity(state.vorticity, freestream=self.freestream)
+        return _added(velocity, self._outer(state, None)[0])
 
     def ledger(self, state: State) -> Mapping[str, float]:
         """Integrals of the vorticity, and what left the mesh."""
@@ -144,18 +156,26 @@ class VortexFlow:
     def forces(self, state: State) -> Mapping[str, float]:
         """Forces on the bodies per unit density [L^3/T^2], means over the last step, and the slip.
 
-        ``bodyN_force``: from the penalisation's momentum; ``impulse_force``: on all bodies, from
-        the rate of the vorticity's impulse, which the curl of the force changes by that momentum
+        ``bodyN_force``, ``_torque`` (about its centre), ``_power`` (that it gives to the fluid):
+        from the momentum of the force that holds it; ``impulse_force``: on all bodies, from the
+        rate of the vorticity's impulse, which the curl of the force changes by that momentum
         and everything else must leave alone. It is NaN across a periodic axis, and while vorticity
         leaves a fixed mesh; all are NaN at the start. ``slip``: velocity left in the bodies, root
-        mean square; ``slip_residual``: how far it is from the penalisation's own law.
+        mean square; ``slip_residual``: how far it is from the law that holds them. What moves
+        tells its place too: ``bodyN_x, _y, _angle`` and their rates ``_u, _v, _spin``.
         """
         if state.constraint is None:
             return {}
-        columns = {}
-        for number, load in enumerate(state.loads):
-            for axis, value in zip("xy", load.force, strict=True):
-                columns[f"body{number}_force_{axis}"] = value
+        columns: dict[str, float] = {}
+        for number, (body, load, pose) in enumerate(
+            zip(self.bodies, state.loads, state.poses, strict=True)
+        ):
+            name = f"body{number}"
+            columns |= {f"{name}_force_{a}": x for a, x in zip("xy", load.force, strict=True)}
+            columns |= {f"{name}_torque": load.torque, f"{name}_power": load.power}
+            if moves(body):
+                places = (*pose.center, *pose.angle, *pose.velocity, *pose.spin)
+                columns |= dict(zip((f"{name}_{part}" for part in PLACES), places, strict=True))
         for axis, value in zip("xy", state.impulse_force, strict=True):
             columns[f"impulse_force_{axis}"] = value
         held = state.constraint
@@ -173,16 +193,17 @@ class VortexFlow:
             fields["chi"] = chi
         return fields
 
-    def _first_half(self, state: State, dt: float) -> tuple[State, Array, Array | None]:
-        """Half of the spread and of the last known force: the state, velocity, impulse given."""
+    def _first_half(
+        self, state: State, passage: Passage | None, outer: Array | None, dt: float
+    ) -> tuple[State, Array]:
+        """Half of the spread and of the last known force: the state, and its velocity."""
         spread, solver = 0.5 * dt * self.viscosity, self._solver(state.grid)
-        vorticity, given = state.vorticity, None
-        if state.constraint is not None and state.step > 0:
-            given = 0.5 * dt * state.constraint.force
+        vorticity = state.vorticity
+        if passage is not None and passage.given is not None:
             vorticity = solver.diffuse(vorticity, spread)
-            vorticity += self._wall(state).created(given, spread)
+            vorticity += passage.before.created(passage.given, spread)
             velocity = solver.velocity(vorticity, freestream=self.freestream)
-        elif state.constraint is None and spread > 0:
+        elif passage is None and spread > 0:
             vorticity, velocity = solver.diffuse_and_velocity(
                 vorticity, spread, freestream=self.freestream
             )
@@ -196,28 +217,30 @@ class VortexFlow:
             lost_circulation=state.lost_circulation
             + ledger.cut(state.vorticity, vorticity, state.grid),
         )
-        return half, velocity, given
+        return half, _added(velocity, outer)
 
-    def _second_half(self, state: State, moved: Carried, given: Array | None, dt: float) -> State:
+    def _second_half(
+        self, state: State, moved: Carried, passage: Passage | None, outer: Array | None, dt: float
+    ) -> State:
         """The other half of the spread and the force that holds the bodies: the next state."""
         grid, solver = state.grid, self._solver(state.grid)
         mesh, dropped = on_mesh(moved, grid, self.kernel, self.threads)
         gone = on_mesh(_particles(state), grid, self.kernel, self.threads).dropped
         after = replace(state, time=state.time + dt, step=state.step + 1)
-        if state.constraint is None:
+        if passage is None:
             spread = 0.5 * dt * self.viscosity
             vorticity = solver.diffuse(mesh, spread) if spread > 0 else mesh
         else:
-            tau = dt if given is None else 0.5 * dt
             vorticity, velocity = solver.diffuse_and_velocity(
-                mesh, self.viscosity * tau, freestream=self.freestream
+                mesh, self.viscosity * passage.tau, freestream=self.freestream
             )
-            wall = self._wall(after)
-            imposed = wall.impose(velocity, tau, self._reference(state.speed), given)
-            vorticity += wall.created(imposed.impulse, self.viscosity * tau)
-            impulse = imposed.impulse if given is None else imposed.impulse + given
-            held, loads = wall.report(imposed, impulse / dt)
-            after = replace(after, constraint=held, loads=loads)
+            speed = self._reference(state.speed, passage.after.poses)
+            held = passage.arrive(_added(velocity, outer), speed)
+            vorticity += held.created
+            after = replace(
+                after, constraint=held.constraint, loads=held.loads, poses=held.poses,
+                earlier=state.poses,
+            )  # fmt: skip
         lost = float(dropped - gone) + ledger.cut(mesh, vorticity, grid)
         after = replace(after, lost_circulation=state.lost_circulation + lost)
         return self._remeshed(after, moved, mesh, vorticity)
@@ -243,16 +266,57 @@ class VortexFlow:
         )  # fmt: skip
         return Carried(particles.strengths + change, particles.displacement)
 
-    def _pushed(self, before: State, after: State, dt: float) -> State:
-        """The state with the force that its vorticity's impulse tells, if nothing left the mesh."""
+    def _pushed(self, before: State, after: State, outer: Outer, dt: float) -> State:
+        """The state with the force that its vorticity's impulse tells; a window lets wake go."""
         if not self.bodies:
             return after
-        if self.domain == "fixed" and room(after.vorticity, after.grid, EDGE, follow=False):
+        full = after.vorticity
+        if self.window is not None:
+            after = self._faded(after, dt)
+        elif self.domain == "fixed" and room(full, after.grid, EDGE, follow=False):
             return replace(after, impulse_force=(math.nan, math.nan))
         force = ledger.impulse_force(
-            before.vorticity, after.vorticity, after.grid, dt, self.freestream
+            (before.vorticity, full), after.grid, dt, self.freestream, outer
         )
-        return replace(after, impulse_force=force)
+        force += inertia_force(self.bodies, before.poses, after.poses, dt)
+        return replace(after, impulse_force=tuple(float(x) for x in force))
+
+    def _faded(self, after: State, dt: float) -> State:
+        """The state without what has reached the end of its window."""
+        assert self.window is not None
+        wind = self._wind(after.poses)
+        reach = dt * (float(np.hypot(*wind)) or after.speed)
+        factor = self.window.faded(after.grid, self.bodies, after.poses, reach)
+        if factor is None:
+            return after
+        kept = (after.vorticity * factor).astype(after.vorticity.dtype, copy=False)
+        gone = np.subtract(
+            ledger.impulse(after.vorticity, after.grid), ledger.impulse(kept, after.grid)
+        )
+        deficit = self.window.remembered(after.deficit, gone, self.bodies, wind, dt)
+        lost = after.lost_circulation + ledger.cut(after.vorticity, kept, after.grid)
+        return replace(after, vorticity=kept, lost_circulation=lost, deficit=deficit)
+
+    def _wind(self, poses: tuple[Pose, ...]) -> Array:
+        """The stream that the bodies feel on the whole [L/T]."""
+        return np.asarray(self.freestream - np.mean([pose.velocity for pose in poses], axis=0))
+
+    def _outer(self, state: State, passage: Passage | None) -> Outer:
+        """Velocity that no vorticity induces, now and after the step, beside the free stream."""
+        ends = [state.poses] if passage is None else [state.poses, passage.after.poses]
+        flows: list[Array | None] = []
+        for poses in ends:
+            total = None
+            if any(body.deforming for body in self.bodies):
+                wall = self._wall(replace(state, poses=poses))
+                total = swelling_flow(wall, self._solver(state.grid))
+            if self.window is not None and state.deficit:
+                source = self.window.beyond(
+                    state.grid, self.bodies, poses, state.deficit, self._wind(state.poses)
+                ).astype(self.dtype)
+                total = source if total is None else total + source
+            flows.append(total)
+        return flows[0], flows[-1]
 
     def _roomy(self, state: State, dt: float) -> State:
         """The state on a mesh with room for what the step does."""
@@ -270,6 +334,8 @@ class VortexFlow:
         shift = room(
             state.vorticity, state.grid, margin, follow=self.domain == "follow" and not moving
         )
+        if self.window is not None:
+            shift = self.window.clipped(shift, state.grid, self.bodies, state.poses)
         if self.bodies:
             shift = shift.covering(state.grid, self._wall(state).wide(self.viscosity * dt))
         if not shift:
@@ -293,14 +359,19 @@ class VortexFlow:
             raise BlowUpError("the velocity is not finite", hint="a smaller deformation")
         return replace(state, gradient=gradient, speed=_largest(velocity))
 
-    def _inducer(self, grid: Grid) -> Callable[[Array], Array]:
-        """The law from vorticity on the nodes to velocity."""
+    def _inducer(self, grid: Grid, outer: Outer) -> Callable[[Array, float], Array]:
+        """The law from vorticity on the nodes, and the part of the step gone by, to velocity."""
         solver = self._solver(grid)
-        return lambda vorticity: solver.velocity(vorticity, freestream=self.freestream)
+
+        def velocity(vorticity: Array, part: float) -> Array:
+            induced = solver.velocity(vorticity, freestream=self.freestream)
+            return _added(induced, _between(outer, part))
+
+        return velocity
 
     def _wall(self, state: State) -> Wall:
         return Wall(
-            bodies=self.bodies, grid=state.grid, time=state.time, viscosity=self.viscosity,
+            bodies=self.bodies, poses=state.poses, grid=state.grid, viscosity=self.viscosity,
             settings=self.penalisation, order=self.order, radius=self.radius, solver=self._solver,
         )  # fmt: skip
 
@@ -309,9 +380,9 @@ class VortexFlow:
             grid, order=self.order, radius=self.radius, dtype=self.dtype, threads=self.threads
         )
 
-    def _reference(self, speed: float) -> float:
-        """The speed that a slip is compared with: the free stream, else the largest there is."""
-        return math.hypot(*self.freestream) or speed or 1.0
+    def _reference(self, speed: float, poses: tuple[Pose, ...]) -> float:
+        """The speed that a slip is compared with: the wind, else the largest there is."""
+        return float(np.hypot(*self._wind(poses))) or speed or 1.0
 
 
 def _particles(state: State) -> Carried:
@@ -325,5 +396,16 @@ def _largest(velocity: Array) -> float:
     return math.sqrt(float(np.einsum("i...,i...->...", velocity, velocity).max()))
 
 
-def _ratio(allowed: float, rate: float) -> float:
-    return allowed / rate if rate > 0 else math.inf
+def _added(velocity: Array, outer: Array | None) -> Array:
+    """A velocity and another, if there is one."""
+    if outer is not None:
+        velocity += outer
+    return velocity
+
+
+def _between(outer: Outer, part: float) -> Array | None:
+    """The outer velocity at a part of the step."""
+    first, last = outer
+    if first is None or last is None:
+        return first
+    return first if first is last else (1.0 - part) * first + part * last

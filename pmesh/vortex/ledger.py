@@ -43,16 +43,39 @@ def enstrophy(vorticity: Array, grid: Grid) -> float:
 
 
 def impulse_force(
-    before: Array, after: Array, grid: Grid, dt: float, freestream: Sequence[float]
-) -> tuple[float, float]:
-    """Force on all bodies [L^3/T^2], mean over dt, from the change of the linear impulse.
+    fields: tuple[Array, Array],
+    grid: Grid,
+    dt: float,
+    freestream: Sequence[float],
+    outer: tuple[Array | None, Array | None],
+) -> NDArray[np.float64]:
+    """Less the force on the fluid [L^3/T^2], mean over dt, from the change of the linear impulse.
 
-    The free stream (U, V) carries a circulation's impulse along at the rate (V, -U) times it.
+    ``fields``: vorticity before and after. Velocity that no vorticity induces, the free stream
+    (U, V) and what is added to it in ``outer`` before and after, carries impulse along at the
+    rate ``int (V w, -U w) dV``.
     """
-    old, new = impulse(before, grid), impulse(after, grid)
-    total = 0.5 * (circulation(before, grid) + circulation(after, grid))
-    along, across = freestream
-    return across * total - (new[0] - old[0]) / dt, -along * total - (new[1] - old[1]) / dt
+    old, new = (np.array(impulse(field, grid)) for field in fields)
+    return (
+        0.5
+        * sum(
+            _drag_along(field, grid, freestream, added)
+            for field, added in zip(fields, outer, strict=True)
+        )
+        - (new - old) / dt
+    )
+
+
+def _drag_along(
+    vorticity: Array, grid: Grid, freestream: Sequence[float], added: Array | None
+) -> NDArray[np.float64]:
+    """int (V w, -U w) dV of an outer velocity (U, V)."""
+    total = circulation(vorticity, grid)
+    flux = np.array([freestream[1] * total, -freestream[0] * total])
+    if added is not None:
+        along, across = (float(np.sum(u * vorticity, dtype=np.float64)) for u in added)
+        flux += np.array([across, -along]) * grid.cell_volume
+    return flux
 
 
 def cut(before: Array, after: Array, grid: Grid) -> float:

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.penalise import MARGIN, Penalisation, box_around
+from pmesh.bodies.mask import MARGIN, box_around
+from pmesh.bodies.penalise import Penalisation
 from pmesh.spectral.symbols import Greens
 from pmesh.vortex.schemes import SCHEMES
 from remesh.errors import InputError, as_number
@@ -115,7 +116,7 @@ def _check_bodies(flow: VortexFlow) -> None:
     low = flow.grid.origin
     high = tuple(start + span for start, span in zip(low, flow.grid.length, strict=True))
     for number, body in enumerate(flow.bodies):
-        if not all(hasattr(body, name) for name in ("distance", "bounds", "velocity")):
+        if not all(hasattr(body, name) for name in ("distance", "bounds", "motion", "measure")):
             raise InputError(
                 f"bodies[{number}] is a {type(body).__name__}, not a body",
                 hint="pmesh.RigidBody(levelset.shapes.Disk(radius=0.5))",
@@ -125,7 +126,7 @@ def _check_bodies(flow: VortexFlow) -> None:
                 f"bodies[{number}] has {body.ndim} dimensions, the grid {flow.grid.ndim}",
                 hint="a plane shape, such as levelset.shapes.Disk",
             )
-        first, last = body.bounds(0.0)
+        first, last = body.bounds(body.start())
         if any(a < b for a, b in zip(first, low, strict=True)) or any(
             a > b for a, b in zip(last, high, strict=True)
         ):
@@ -152,9 +153,10 @@ def _check_room(flow: VortexFlow) -> None:
             hint='boundary=("unbounded", "periodic")',
         )
     reach = flow.penalisation.width * grid.spacing
-    box = box_around(flow.bodies, grid, 0.0, reach)
-    for number, body in enumerate(flow.bodies):
-        depth = -float(body.distance(box.points(), 0.0).min()) / grid.spacing
+    poses = tuple(body.start() for body in flow.bodies)
+    box = box_around(flow.bodies, poses, grid, reach)
+    for number, (body, pose) in enumerate(zip(flow.bodies, poses, strict=True)):
+        depth = -float(body.distance(box.points(), pose).min()) / grid.spacing
         if depth < DEEP:
             raise InputError(
                 f"bodies[{number}] is {max(2 * depth, 0):.1f} spacings thick, needs {2 * DEEP:g}",

@@ -58,7 +58,7 @@ def on_mesh(
 def carry(
     particles: Carried,
     velocity: Array,
-    velocity_of: Callable[[Array], Array],
+    velocity_of: Callable[[Array, float], Array],
     grid: Grid,
     dt: float,
     scheme: Scheme,
@@ -67,8 +67,9 @@ def carry(
 ) -> Array:
     """Displacement [L] of the particles after dt in the velocity that they induce.
 
-    ``velocity``: on the nodes at the start [L/T]; ``velocity_of(vorticity)``: on the nodes, asked
-    once per further stage with the particles remeshed where they then are. Order of the scheme
+    ``velocity``: on the nodes at the start [L/T]; ``velocity_of(vorticity, part)``: on the
+    nodes, asked once per further stage with the particles remeshed where they then are, a part of
+    the step later. Order of the scheme
     in dt; order ``kernel.moments`` and better in the spacing when dt follows it.
     """
     base = particles.displacement
@@ -78,7 +79,9 @@ def carry(
     for row in scheme.rows:
         moved = _moved(base, slopes, row, dt)
         stage = on_mesh(Carried(particles.strengths, moved), grid, kernel, threads)
-        slopes.append(sample_nodes(velocity_of(stage.field), moved, grid, kernel, threads=threads))
+        slopes.append(
+            sample_nodes(velocity_of(stage.field, sum(row)), moved, grid, kernel, threads=threads)
+        )
     return _moved(base, slopes, scheme.weights, dt)
 
 

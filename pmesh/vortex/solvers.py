@@ -15,7 +15,7 @@ def solver_for(
     return _solver(grid.shape, grid.spacing, grid.boundary, order, radius, dtype, threads)
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=12)
 def _solver(
     shape: tuple[int, ...],
     spacing: float,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.bodies.pose import Pose
 from remesh.grid import Grid
 
 Array = NDArray[np.floating[Any]]
@@ -15,20 +16,26 @@ Array = NDArray[np.floating[Any]]
 
 @dataclass(frozen=True, kw_only=True)
 class Load:
-    """What the fluid did to one body, as a mean over the last step, per unit density."""
+    """What the fluid did to one body, as a mean over the last step, per unit density.
 
-    force: tuple[float, ...]  # from the penalisation's momentum [L^(ndim+1)/T^2]
+    The inertia of the fluid in the body's place is counted: this is what an outer fluid does.
+    """
+
+    force: tuple[float, ...]  # from the momentum of the force that holds it [L^(ndim+1)/T^2]
+    torque: float  # about the body's centre [L^(ndim+2)/T^2]
+    power: float  # that the body gives to the fluid [L^(ndim+2)/T^3]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Constraint:
-    """The penalisation after a step: its force density, and how well it holds the bodies."""
+    """The force that holds the bodies after a step, and how well it does."""
 
     grid: Grid  # of the box around the bodies
     force: Array  # on the fluid, mean over the last step, (ndim, *grid.shape) [L/T^2]
+    change: Array  # of that force since the step before, moved along with the bodies
     slip: float  # |u - u_s| inside the bodies, root mean square [L/T]
     slip_max: float  # the same, largest where chi > 1/2 [L/T]
-    residual: float  # of the penalisation law, relative to the reference speed
+    residual: float  # of the law that holds them, relative to the reference speed
     iterations: int
 
 
@@ -44,7 +51,10 @@ class State:
     speed: float  # largest |u| seen by the last step [L/T]
     strengths: Array | None = None  # of particles that were not remeshed, by home node [1/T]
     displacement: Array | None = None  # of those particles from home, (ndim, *shape) [L]
+    poses: tuple[Pose, ...] = ()  # one per body
+    earlier: tuple[Pose, ...] = ()  # the poses a step before; none at the start
     constraint: Constraint | None = None  # None without bodies
     loads: tuple[Load, ...] = ()  # one per body
     impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse
     lost_circulation: float = 0.0  # that left through unbounded edges since the start [L^2/T]
+    deficit: float = 0.0  # flux of the wake that was let go [L^ndim/T], see Window

@@ -1,0 +1,155 @@
+"""The bodies on a box of the mesh: where their matter is, whose it is, and how it moves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmesh.bodies.body import Body
+from pmesh.bodies.motion import COORDINATES, Free
+from pmesh.bodies.pose import Pose
+from pmesh.bodies.wall import indicator
+from remesh.grid import Grid
+from remesh.stencils import divergence
+
+Array = NDArray[np.floating[Any]]
+NODE = 1e-6  # a box ends on a node when it comes this close, in spacings: the same box on any mesh
+MARGIN = 4  # nodes of a box beyond the indicator: the curl's stencil and one more
+STRIDE = 8  # boxes around what moves have sides of so many nodes: few shapes, few solvers
+
+
+class Mask(NamedTuple):
+    """The bodies on a box of the mesh."""
+
+    grid: Grid  # of the box
+    chi: Array  # indicator, shape of the box
+    root: Array  # its square root
+    owner: NDArray[np.int64]  # index of the nearest body at every node
+    velocity: Array  # of the bodies' matter, (ndim, *shape) [L/T]; of free ones the deformation
+    drift: tuple[Array, ...]  # rigid velocity and spin that each deformation lost on the mesh
+
+
+@lru_cache(maxsize=8)
+def mask_of(
+    bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, width: float, offset: float
+) -> Mask:
+    """Bodies on a box: the indicator of ``distance < -offset`` over +-``width`` [L], and owners.
+
+    The deformation of a free body has no linear and no angular momentum on the mesh, to round-off:
+    what it has is taken from it and told as ``drift``; locked coordinates keep theirs.
+    """
+    points = grid.points()
+    owner, distance = _nearest(bodies, at_rest(poses), grid)
+    chi = indicator(distance + offset, width)
+    velocity, drifts = np.zeros_like(points), []
+    for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
+        own = owner == number
+        free = isinstance(body.motion, Free)
+        matter = np.zeros_like(points) if free else pose.rigid(points)
+        change = body.deformation(points, pose)
+        drift: Array = np.zeros(grid.ndim + len(pose.spin))
+        if change is not None:
+            if isinstance(body.motion, Free):
+                drift = _momentum(change, points, pose, np.where(own, chi, 0.0))
+                drift[[name in body.motion.locked for name in COORDINATES]] = 0.0
+                change = change - _motion(drift, points, pose)
+            matter = matter + change
+        velocity = np.where(own, matter, velocity)
+        drifts.append(drift)
+    return Mask(grid, chi, np.sqrt(chi), owner, velocity, tuple(drifts))
+
+
+@lru_cache(maxsize=4)
+def swelling(
+    bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, width: float
+) -> Array | None:
+    """Divergence [1/T] of the bodies' deformation on a box; its sum is zero. None if all are rigid.
+
+    What bends is longer on one side and shorter on the other: the fluid must make room.
+    """
+    if not any(body.deforming for body in bodies):
+        return None
+    points = grid.points()
+    owner, distance = _nearest(bodies, at_rest(poses), grid)
+    chi = indicator(distance, width)
+    total = np.zeros(grid.shape)
+    for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
+        change = body.deformation(points, pose)
+        if change is not None:
+            own = np.where(owner == number, chi, 0.0)
+            source = own * divergence(change, grid, order=4)
+            total += source - own * (source.sum() / own.sum())
+    return total
+
+
+def box_around(bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, reach: float) -> Grid:
+    """The part of the mesh's lattice that holds the bodies and ``reach`` [L] around them.
+
+    A periodic axis is taken whole. The box may stick out of the mesh: the caller decides.
+    """
+    corners = [body.bounds(pose) for body, pose in zip(bodies, poses, strict=True)]
+    moving = any(moves(body) for body in bodies)
+    shape, origin = [], []
+    for axis in range(grid.ndim):
+        if grid.periodic[axis]:
+            shape.append(grid.shape[axis])
+            origin.append(grid.origin[axis])
+            continue
+        low = min(lower[axis] for lower, _ in corners) - reach - grid.origin[axis]
+        high = max(upper[axis] for _, upper in corners) + reach - grid.origin[axis]
+        first = int(np.floor(low / grid.spacing + NODE)) - MARGIN
+        last = int(np.ceil(high / grid.spacing - NODE)) + MARGIN
+        nodes = last - first + 1
+        shape.append(-(-nodes // STRIDE) * STRIDE if moving else nodes)
+        origin.append(grid.origin[axis] + first * grid.spacing)
+    return Grid(shape, grid.spacing, origin, grid.boundary)
+
+
+def moves(body: Body) -> bool:
+    """Whether the body's place or shape changes."""
+    return body.deforming or body.motion.moving
+
+
+@lru_cache(maxsize=4)
+def _nearest(
+    bodies: tuple[Body, ...], places: tuple[Pose, ...], grid: Grid
+) -> tuple[NDArray[np.int64], Array]:
+    """The nearest body at every node, and its distance."""
+    points = grid.points()
+    distances = np.stack(
+        [body.distance(points, place) for body, place in zip(bodies, places, strict=True)]
+    )
+    return np.argmin(distances, axis=0), distances.min(axis=0)
+
+
+def at_rest(poses: tuple[Pose, ...]) -> tuple[Pose, ...]:
+    """The poses without their velocities: where the surfaces are."""
+    return tuple(
+        replace(pose, velocity=(0.0,) * len(pose.velocity), spin=(0.0,) * len(pose.spin))
+        for pose in poses
+    )
+
+
+def _momentum(change: Array, points: Array, pose: Pose, weight: Array) -> Array:
+    """The rigid velocity and spin about the centre with the momenta of a velocity."""
+    modes = rigid_modes(points, pose)
+    flat = modes.reshape(len(modes), -1)
+    weighted = (modes * weight).reshape(len(modes), -1)
+    return np.asarray(np.linalg.solve(weighted @ flat.T, weighted @ change.ravel()))
+
+
+def _motion(drift: Array, points: Array, pose: Pose) -> Array:
+    return np.tensordot(drift, rigid_modes(points, pose), axes=1)
+
+
+def rigid_modes(points: Array, pose: Pose) -> Array:
+    """Velocities (3, 2, ...) of a unit motion along each axis and a unit spin, in the plane."""
+    arm = points - np.asarray(pose.center).reshape(-1, *(1,) * (points.ndim - 1))
+    one, nothing = np.ones_like(arm[0]), np.zeros_like(arm[0])
+    return np.stack(
+        [np.stack([one, nothing]), np.stack([nothing, one]), np.stack([-arm[1], arm[0]])]
+    )

@@ -1,0 +1,99 @@
+"""The force, torque and power on each body, from the momentum of the force that holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmesh.bodies.body import Body
+from pmesh.bodies.mask import Mask, moves, rigid_modes
+from pmesh.bodies.pose import Pose
+from pmesh.vortex.constraint import Wall
+from pmesh.vortex.state import Load
+
+Array = NDArray[np.floating[Any]]
+Values = NDArray[np.float64]
+
+
+def moments(impulse: Array, mask: Mask, poses: Sequence[Pose]) -> Values:
+    """Sums (bodies, 3) of an impulse density over each body: along x, y, and about its centre."""
+    points = mask.grid.points()
+    sums = []
+    for number, pose in enumerate(poses):
+        own = mask.owner == number
+        modes = rigid_modes(points, pose)[:, :, own]
+        sums.append(np.einsum("mip,ip->m", modes, impulse[:, own].astype(np.float64)))
+    return np.array(sums) * mask.grid.cell_volume
+
+
+def work(impulse: Array, mask: Mask, poses: Sequence[Pose], bodies: Sequence[Body]) -> Values:
+    """Work (bodies,) of an impulse density on the bodies' own motion."""
+    points, cell = mask.grid.points(), mask.grid.cell_volume
+    done = []
+    for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
+        matter = pose.rigid(points)
+        change = body.deformation(points, pose)
+        matter = matter if change is None else matter + change
+        done.append(float(np.sum((impulse * matter)[:, mask.owner == number])) * cell)
+    return np.array(done)
+
+
+def loads_of(
+    bodies: Sequence[Body],
+    before: Sequence[Pose],
+    after: Sequence[Pose],
+    sums: Values,
+    worked: Values,
+    energies: Values,
+    dt: float,
+) -> tuple[Load, ...]:
+    """Loads from the impulse on the fluid (bodies, 3), its work, and the gain of kinetic energy.
+
+    The fluid in the body's place moves with it, and its inertia is not the outer fluid's doing.
+    """
+    loads = []
+    for number, body in enumerate(bodies):
+        measure = body.measure
+        old, new = before[number], after[number]
+        gain = dt * inertia_force((body,), (old,), (new,), dt)
+        turn = measure.inertia * (new.spin[0] - old.spin[0])
+        loads.append(
+            Load(
+                force=tuple(float(x) for x in (gain - sums[number, :2]) / dt),
+                torque=float(turn - sums[number, 2]) / dt,
+                power=float(worked[number] - energies[number]) / dt,
+            )
+        )
+    return tuple(loads)
+
+
+def kinetic_energy(wall: Wall, poses: Sequence[Pose]) -> Values:
+    """Kinetic energy (bodies,) [L^(ndim+2)/T^2] of fluid that would move with each body."""
+    if not any(moves(body) for body in wall.bodies):
+        return np.zeros(len(poses))
+    mask = wall.mask()
+    points, energies = mask.grid.points(), []
+    for number, (body, pose) in enumerate(zip(wall.bodies, poses, strict=True)):
+        measure = body.measure
+        speed = float(np.dot(pose.velocity, pose.velocity))
+        energy = 0.5 * (measure.volume * speed + measure.inertia * pose.spin[0] ** 2)
+        change = body.deformation(points, pose)
+        if change is not None:
+            own = np.where(mask.owner == number, mask.chi, 0.0)
+            square = float(np.sum(own * np.sum(change**2, axis=0)))
+            energy += 0.5 * measure.volume * square / float(own.sum())
+        energies.append(energy)
+    return np.array(energies)
+
+
+def inertia_force(
+    bodies: Sequence[Body], before: Sequence[Pose], after: Sequence[Pose], dt: float
+) -> Values:
+    """Rate of momentum [L^(ndim+1)/T^2] of the fluid that would move with all bodies."""
+    total = np.zeros(2)
+    for body, old, new in zip(bodies, before, after, strict=True):
+        total += body.measure.volume * np.subtract(new.velocity, old.velocity) / dt
+    return total
