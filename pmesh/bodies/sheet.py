@@ -1,0 +1,110 @@
+"""Quadrature along a swimmer's midline, and the places at which its shape is sampled."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+from numpy.typing import NDArray
+
+from pmesh.bodies.outline import Outline
+
+Values = NDArray[np.float64]
+PANEL = 0.1  # [L] longest piece of the midline that gets one set of nodes
+NODES = 12  # per piece of the midline
+
+
+class Sheet(NamedTuple):
+    """Quadrature along the midline, and where it is sampled."""
+
+    nodes: Values  # (n,)
+    weights: Values  # (n,)
+    inner: Values  # (n, n): values at nodes -> integrals from the head to the nodes
+    width: Values  # (n,) half-width at the nodes
+    stations: Values  # (m,) from 0 to 1, about evenly along the outline
+    outer: Values  # (m, n): values at nodes -> integrals from the head to the stations
+    spread: Values  # (m,) half-width at the stations
+
+
+@lru_cache(maxsize=32)
+def sheet(breaks: tuple[float, ...], outline: Outline, samples: int) -> Sheet:
+    """Nodes, weights and integrals; pieces end at the ``breaks`` and where the outline has a kink.
+
+    On the first and last piece the place is the square of the variable: a round end is smooth.
+    """
+    marks = sorted({0.0, 1.0, *breaks, *outline.breaks})
+    edges = split(marks, PANEL)
+    stations = _stations(outline, samples, edges)
+    x, w = legendre.leggauss(NODES)
+    count, last = len(edges) - 1, len(edges) - 2
+    mapped = [_mapped(x, edges[p], edges[p + 1], p == 0, p == last) for p in range(count)]
+    nodes = np.concatenate([places for places, _ in mapped])
+    weights = np.concatenate([w * slope for _, slope in mapped])
+    stations[-1] = 1.0
+    return Sheet(
+        nodes=nodes,
+        weights=weights,
+        inner=_integrals(nodes, edges, weights),
+        width=outline.half_width(nodes),
+        stations=stations,
+        outer=_integrals(stations, edges, weights),
+        spread=np.where((stations > 0) & (stations < 1), outline.half_width(stations), 0.0),
+    )
+
+
+def _integrals(places: Values, edges: Values, weights: Values) -> Values:
+    """Matrix from values at the nodes to integrals from 0 to the places."""
+    x, w = legendre.leggauss(NODES)
+    matrix = np.zeros((len(places), len(weights)))
+    to_series = (legendre.legvander(x, NODES - 1) * w[:, None]).T * (np.arange(NODES) + 0.5)[
+        :, None
+    ]
+    series = legendre.legint(to_series, lbnd=-1, axis=0)  # (NODES + 1, NODES)
+    panels = np.clip(np.searchsorted(edges, places, side="right") - 1, 0, len(edges) - 2)
+    for i, (s, p) in enumerate(zip(places, panels, strict=True)):
+        here = slice(p * NODES, (p + 1) * NODES)
+        share = (s - edges[p]) / (edges[p + 1] - edges[p])
+        u = 2 * share - 1
+        if p == 0:
+            u = 2 * math.sqrt(share) - 1
+        elif p == len(edges) - 2:
+            u = 1 - 2 * math.sqrt(1 - share)
+        matrix[i, : here.start] = weights[: here.start]
+        matrix[i, here] = legendre.legvander(np.array([u]), NODES)[0] @ series * weights[here] / w
+    return matrix
+
+
+def _mapped(x: Values, a: float, b: float, head: bool, tail: bool) -> tuple[Values, Values]:
+    """Places of x in -1 ... 1 on a piece of the midline, and ds/dx."""
+    u = (x + 1) / 2
+    if head:
+        return a + (b - a) * u**2, (b - a) * u
+    if tail:
+        return b - (b - a) * (1 - u) ** 2, (b - a) * (1 - u)
+    return a + (b - a) * u, np.full_like(x, (b - a) / 2)
+
+
+def _stations(outline: Outline, samples: int, edges: Values) -> Values:
+    """Places about evenly along the outline of the straight body, kinks among them."""
+    fine = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, 20 * samples + 1))
+    fine = np.union1d(fine, edges)
+    width = outline.half_width(fine)
+    far = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(fine), np.diff(width)))))
+    marks = np.interp(edges, fine, far)
+    step = far[-1] / samples
+    along = split(list(marks), step)
+    return np.interp(along, far, fine)
+
+
+def split(marks: Sequence[float] | Values, longest: float) -> Values:
+    """The marks, with even steps of at most ``longest`` between them."""
+    pieces = [
+        np.linspace(a, b, max(1, math.ceil((b - a) / longest - 1e-9)) + 1)[:-1]
+        for a, b in pairwise(marks)
+    ]
+    return np.concatenate((*pieces, marks[-1:]))
