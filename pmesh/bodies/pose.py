@@ -31,6 +31,10 @@ class Pose:
         moved = points - _column(self.center, points)
         return np.tensordot(self._turn().T.astype(points.dtype), moved, axes=1)
 
+    def placed(self, points: Array) -> Array:
+        """Points (ndim, ...) in the body's own axes, from its centre, in the world."""
+        return self.turned(points) + _column(self.center, points)
+
     def turned(self, vectors: Array) -> Array:
         """Vectors (ndim, ...) in the body's axes, in world axes."""
         return np.tensordot(self._turn().astype(vectors.dtype), vectors, axes=1)
