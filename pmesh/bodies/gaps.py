@@ -94,7 +94,8 @@ def _nearest(
     (body, pose), (target, aim) = one, other
     low, high = (np.array(corner)[:, None] for corner in target.bounds(aim))
     starts, tangents = [], []
-    for ring in _rings(body, pose.time if body.deforming else 0.0, reach / SAMPLES):
+    time = pose.time if body.deforming else 0.0
+    for ring in _rings(cast(Hashable, body), time, reach / SAMPLES):
         points = np.asarray(pose.placed(ring), np.float64)
         near = np.all((points > low - reach) & (points < high + reach), axis=0)
         if not near.any():
