@@ -46,6 +46,9 @@ class Midline(Protocol):
     def bending(self, s: Values, time: float) -> Bending:
         """Its curvature at places ``s`` [L] and a time >= 0 [T]."""
 
+    def __hash__(self) -> int:
+        """Of its values."""
+
 
 def ramp(kind: str, time: float, over: float) -> tuple[float, float]:
     """How far a start has come, 0 to 1, and its rate, ``time`` after it and ``over`` a time.
@@ -218,12 +221,10 @@ class Bends:
             if time < begin + stage.duration:
                 u = (time - begin) / stage.duration
                 share, rate = u * u * (3 - 2 * u), 6 * u * (1 - u) / stage.duration
-                pairs = [
-                    (np.asarray(a), np.asarray(b))
-                    for a, b in zip(before[1:], stage[1:], strict=True)
-                ]
-                held = [a + share * (b - a) for a, b in pairs]
-                rates = [rate * (b - a) for a, b in pairs]
+                start = [np.asarray(values) for values in before[1:]]
+                change = [np.asarray(b) - a for a, b in zip(start, stage[1:], strict=True)]
+                held = [a + share * d for a, d in zip(start, change, strict=True)]
+                rates = [rate * d for d in change]
                 return (held[0], held[1], float(held[2])), (rates[0], rates[1], float(rates[2]))
             before, begin = stage, begin + stage.duration
         still = np.asarray(zero)
@@ -234,8 +235,9 @@ class Bends:
 class Curved:
     """A curvature of one's own: ``law(s, t)`` [1/L] for an array of places and a time.
 
-    Periodic in t with period 1 after ``settled``. Its rate is a difference of order four over
-    2e-3 periods, one-sided by nothing: the law is asked for times a little below 0 too.
+    Periodic in t with period 1 after ``settled``; smooth between ``breaks`` [L]. Its rate is a
+    difference of order four over 2e-3 periods: the law is asked for times a little below 0 too.
+    A lateral displacement has the curvature y'' / sqrt(1 - y'^2), s being the arc length.
     """
 
     law: Callable[[Values, float], Values]

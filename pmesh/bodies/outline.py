@@ -27,14 +27,18 @@ class Outline(Protocol):
     def half_width(self, s: Values) -> Values:
         """Half-width [L] at places ``s`` in 0 ... 1 from the head; zero at both ends."""
 
+    def __hash__(self) -> int:
+        """Of its values."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Eel:
     """The anguilliform swimmer: a round head, a body that narrows, a pointed tail.
 
     sqrt(2 head s - s^2) up to the neck, where s = head; then from ``head`` to ``tail`` as a power
-    of the place; from ``peduncle`` on straight to a point. The plane swimmer has exponent 1, area 0.0485132741
-    L^2 (S. Kern, P. Koumoutsakos, J. Exp. Biol. 209, 4841, 2006; as MRAG-I2D and SophT have it).
+    of the place; from ``peduncle`` on straight to a point. The plane swimmer has exponent 1, the
+    one in space 2 (S. Kern, P. Koumoutsakos, J. Exp. Biol. 209, 4841, 2006; as MRAG-I2D and SophT
+    have it). Its area is 0.0485132741 L^2.
     """
 
     head: float = 0.04
