@@ -78,8 +78,10 @@ class Naca(Shape):
 
     def bounds(self) -> Bounds:
         """The rectangle around the edge, within 1e-6 of the chord."""
-        ring, spare = self.outline(8000), 1e-6 * self.chord
-        low, high = ring.min(axis=0) - spare, ring.max(axis=0) + spare
+        low, high = (
+            self.chord * (corner - (0.5, 0.0)) + self.center
+            for corner in _corners(self.digits, self.closed)
+        )
         return tuple(low.tolist()), tuple(high.tolist())
 
     def _distance(self, points: Array) -> Array:
@@ -120,3 +122,10 @@ def _vertices(digits: str, closed: bool, count: int) -> Values:
     law = _law(digits, closed)
     sides = [[on_edge(k / count, law, side)[:2] for k in range(count + 1)] for side in (0, 1)]
     return np.array(sides)
+
+
+@lru_cache(maxsize=64)
+def _corners(digits: str, closed: bool) -> tuple[Values, Values]:
+    """Corners of the box around a unit chord, 1e-6 wider than the edge."""
+    edge = _vertices(digits, closed, 4000)
+    return edge.min(axis=(0, 1)) - 1e-6, edge.max(axis=(0, 1)) + 1e-6

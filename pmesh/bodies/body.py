@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.measure import Measure, measure
-from levelset.shape import Shape
+from levelset.shape import Shape, seen_from
 from pmesh.bodies.motion import Fixed, Free, Motion, Prescribed
 from pmesh.bodies.pose import Pose, still
 from remesh.errors import InputError
@@ -116,7 +116,10 @@ class RigidBody:
 
     def distance(self, points: Array, pose: Pose) -> Array:
         """Signed distance [L], negative inside, at ``points`` (ndim, ...)."""
-        return self._placed(pose).distance(points)
+        center = self.measure.center
+        if pose.center == center and not any(pose.angle):
+            return self.shape.distance(points)
+        return self.shape.distance(seen_from(pose.seen(points), tuple(-x for x in center)))
 
     def deformation(self, points: Array, pose: Pose) -> Array | None:
         """None: it is rigid."""

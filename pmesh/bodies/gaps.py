@@ -22,7 +22,8 @@ SAMPLES = 4  # of an edge, in a reach
 FINEST = 1024  # samples along the longest side of a body, at most
 MOST = 6  # places at which one pair is told to be near
 CORNERS = 1e-3  # slope below which a face is flat: its ends are told, not its middle
-ROUNDS = 5  # of narrowing the nearest place
+WIDTHS = (1.0, 0.25, 0.0625)  # in samples, of the search for the nearest place
+BOUNCES = 2  # between both edges, after it
 NUDGE = 1e-3  # of a difference, in reaches
 
 
@@ -123,33 +124,24 @@ def _narrowed(
     (body, pose), (target, aim) = one, other
     nudge = 1e-3 * float(np.abs(tangent).max(initial=1e-300))
 
-    def tried(shares: Values) -> tuple[Values, Values]:
-        """The edge at shares (m, n) of the tangent from each place, and the gaps there."""
-        points = edge[:, None] + tangent[:, None] * shares
-        points = points - body.distance(points, pose) * _slopes(body, pose, points, nudge)
-        return points, np.asarray(target.distance(points, aim), np.float64)
+    def landed(points: Values) -> Values:
+        """Points brought to the edge."""
+        return points - body.distance(points, pose) * _slopes(body, pose, points, nudge)
 
-    columns = np.arange(edge.shape[1])
-    best, width = np.zeros(edge.shape[1]), 1.0
-    gap = np.asarray(target.distance(edge, aim), np.float64)
-    place = edge
-    for _ in range(ROUNDS):
-        sides = best + width * np.array([[-1.0], [0.0], [1.0]])
-        points, (left, middle, right) = tried(sides)
-        bend = left - 2.0 * middle + right
-        level = bend <= 1e-12 * np.abs(left - right) + 1e-300
-        step = 0.5 * (left - right) / np.where(level, 1.0, bend)
-        more, (low,) = tried((best + width * np.where(level, 0.0, np.clip(step, -1, 1)))[None])
-        points = np.concatenate([points, more], axis=1)
-        values = np.stack([left, middle, right, low])
-        which = values.argmin(axis=0)
-        better = values[which, columns] < gap
-        place = np.where(better, points[:, which, columns], place)
-        gap = np.where(better, values[which, columns], gap)
-        shares = np.concatenate([sides, (best + width * np.clip(step, -1, 1))[None]])
-        best = np.where(better, shares[which, columns], best)
-        width /= 4.0
-    return place
+    best = np.zeros(edge.shape[1])
+    for width in WIDTHS:
+        sides = width * np.array([[-1.0], [0.0], [1.0]])
+        gaps = target.distance(landed(edge[:, None] + tangent[:, None] * (best + sides)), aim)
+        bend = gaps[0] - 2.0 * gaps[1] + gaps[2]
+        curved = bend > 1e-6 * np.abs(gaps[0] - gaps[2])
+        vertex = 0.5 * (gaps[0] - gaps[2]) / np.where(curved, bend, 1.0)
+        lower = gaps.argmin(axis=0) - 1.0
+        best = best + width * np.where(curved, np.clip(vertex, -1.0, 1.0), lower)
+    place = landed(edge + tangent * best)
+    for _ in range(BOUNCES):  # off the other edge and back: finds its corners
+        place = landed(place - target.distance(place, aim) * _slopes(target, aim, place, nudge))
+    better = target.distance(place, aim) < target.distance(edge, aim)
+    return np.asarray(np.where(better, place, edge))
 
 
 def _slopes(body: Body, pose: Pose, points: Values, nudge: float) -> Values:
