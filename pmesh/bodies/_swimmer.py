@@ -1,6 +1,6 @@
 """Compiled loops over points near a line of segments: signed distance, and velocity of matter.
 
-Segments come in runs of RUN; circles that hold the runs tell which can be skipped.
+Segments come in runs and runs in groups; circles that hold them tell which can be skipped.
 """
 
 # mypy: disable-error-code="no-untyped-def, no-untyped-call"
@@ -11,18 +11,17 @@ import math
 import numpy as np
 from numba import njit
 
-RUN = 16
+RUN = 8  # segments to a run, and runs to a group
 FOLD = 0.8  # offsets are not followed beyond this, times the radius of curvature
 
 
 @njit(cache=True, nogil=True)
-def runs(line):
-    """Circles (n, 3) around the runs of an open line (m, 2): x, y, radius."""
+def circles(line, size):
+    """Circles (n, 3) that hold ``size`` segments each of an open line (m, 2): x, y, radius."""
     last = line.shape[0] - 1
-    count = (last + RUN - 1) // RUN
-    circles = np.zeros((count, 3))
-    for c in range(count):
-        first, end = c * RUN, min((c + 1) * RUN, last)
+    result = np.zeros(((last + size - 1) // size, 3))
+    for c in range(result.shape[0]):
+        first, end = c * size, min((c + 1) * size, last)
         low_x = high_x = line[first, 0]
         low_y = high_y = line[first, 1]
         for k in range(first, end + 1):
@@ -32,20 +31,29 @@ def runs(line):
         radius = 0.0
         for k in range(first, end + 1):
             radius = max(radius, math.hypot(line[k, 0] - x, line[k, 1] - y))
-        circles[c, 0], circles[c, 1], circles[c, 2] = x, y, radius
-    return circles
+        result[c, 0], result[c, 1], result[c, 2] = x, y, radius
+    return result
 
 
 @njit(cache=True, nogil=True)
-def _scan(x, y, line, first, end, best, segment, share):
-    """The nearest segment among some: squared distance, index, share of its length."""
-    for k in range(first, end):
-        ax, ay = line[k, 0], line[k, 1]
-        dx, dy = line[k + 1, 0] - ax, line[k + 1, 1] - ay
-        px, py = x - ax, y - ay
-        along = (px * dx + py * dy) / (dx * dx + dy * dy)
+def segments(line):
+    """Segments (n, 5) of an open line (n + 1, 2): start, way, one over its square."""
+    result = np.empty((line.shape[0] - 1, 5))
+    for k in range(result.shape[0]):
+        dx, dy = line[k + 1, 0] - line[k, 0], line[k + 1, 1] - line[k, 1]
+        result[k, 0], result[k, 1], result[k, 2], result[k, 3] = line[k, 0], line[k, 1], dx, dy
+        result[k, 4] = 1.0 / (dx * dx + dy * dy)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def _scan(x, y, pieces, run, best, segment, share):
+    """The nearest segment, of a run too: squared distance, index, share of its length."""
+    for k in range(run * RUN, min((run + 1) * RUN, pieces.shape[0])):
+        px, py = x - pieces[k, 0], y - pieces[k, 1]
+        along = (px * pieces[k, 2] + py * pieces[k, 3]) * pieces[k, 4]
         along = min(max(along, 0.0), 1.0)
-        ex, ey = px - along * dx, py - along * dy
+        ex, ey = px - along * pieces[k, 2], py - along * pieces[k, 3]
         square = ex * ex + ey * ey
         if square < best:
             best, segment, share = square, k, along
@@ -53,35 +61,34 @@ def _scan(x, y, line, first, end, best, segment, share):
 
 
 @njit(cache=True, nogil=True)
-def _nearest(x, y, line, circles, guess):
-    """The nearest segment of a line; ``guess`` is a run that may hold it."""
-    last = line.shape[0] - 1
-    best, segment, share = _scan(
-        x, y, line, guess * RUN, min((guess + 1) * RUN, last), np.inf, 0, 0.0
-    )
+def _nearest(x, y, pieces, small, large, guess):
+    """The nearest segment: distance, index, share; ``guess`` is a run that may hold it."""
+    best, segment, share = _scan(x, y, pieces, guess, np.inf, 0, 0.0)
     far = math.sqrt(best)
-    for c in range(circles.shape[0]):
-        dx, dy = x - circles[c, 0], y - circles[c, 1]
-        reach = far + circles[c, 2]
-        if c != guess and dx * dx + dy * dy < reach * reach:
-            best, segment, share = _scan(
-                x, y, line, c * RUN, min((c + 1) * RUN, last), best, segment, share
-            )
-            far = math.sqrt(best)
+    for g in range(large.shape[0]):
+        dx, dy, reach = x - large[g, 0], y - large[g, 1], far + large[g, 2]
+        if dx * dx + dy * dy >= reach * reach:
+            continue
+        for c in range(g * RUN, min((g + 1) * RUN, small.shape[0])):
+            dx, dy, reach = x - small[c, 0], y - small[c, 1], far + small[c, 2]
+            if c != guess and dx * dx + dy * dy < reach * reach:
+                best, segment, share = _scan(x, y, pieces, c, best, segment, share)
+                far = math.sqrt(best)
     return far, segment, share
 
 
 @njit(cache=True, nogil=True)
-def ring_distance(points, ring, circles, result):
+def ring_distance(points, ring, result):
     """Signed distance to a closed line (its last point is its first), negative on its left.
 
     At a corner the sign is that of the mean of its two normals: right for any corner.
     """
     last = ring.shape[0] - 1
+    pieces, small, large = segments(ring), circles(ring, RUN), circles(ring, RUN * RUN)
     guess = 0
     for p in range(points.shape[1]):
         x, y = np.float64(points[0, p]), np.float64(points[1, p])
-        far, k, share = _nearest(x, y, ring, circles, guess)
+        far, k, share = _nearest(x, y, pieces, small, large, guess)
         guess = k // RUN
         dx, dy = ring[k + 1, 0] - ring[k, 0], ring[k + 1, 1] - ring[k, 1]
         at_x, at_y = ring[k, 0] + share * dx, ring[k, 1] + share * dy
@@ -104,18 +111,14 @@ def _hermite(a, b, slope_a, slope_b, step, u):
 
 
 @njit(cache=True, nogil=True)
-def _foot(x, y, places, line, angle, curvature, k, u):
+def _foot(x, y, places, line, ways, angle, curvature, k, u):
     """Share u of piece k of the midline at which its normal goes through a point."""
     step = places[k + 1] - places[k]
     for _ in range(8):
         turn = _hermite(angle[k], angle[k + 1], curvature[k], curvature[k + 1], step, u)
         c, s = math.cos(turn), math.sin(turn)
-        dx = x - _hermite(
-            line[k, 0], line[k + 1, 0], math.cos(angle[k]), math.cos(angle[k + 1]), step, u
-        )
-        dy = y - _hermite(
-            line[k, 1], line[k + 1, 1], math.sin(angle[k]), math.sin(angle[k + 1]), step, u
-        )
+        dx = x - _hermite(line[k, 0], line[k + 1, 0], ways[k, 0], ways[k + 1, 0], step, u)
+        dy = y - _hermite(line[k, 1], line[k + 1, 1], ways[k, 1], ways[k + 1, 1], step, u)
         bend = curvature[k] + u * (curvature[k + 1] - curvature[k])
         change = (dx * c + dy * s) / (step * max(1.0 - bend * (c * dy - s * dx), 0.2))
         u = min(max(u + change, 0.0), 1.0)
@@ -126,7 +129,7 @@ def _foot(x, y, places, line, angle, curvature, k, u):
 
 @njit(cache=True, nogil=True)
 def matter(
-    points, places, line, circles, angle, velocity, spin, curvature, rate, below, above,
+    points, places, line, angle, velocity, spin, curvature, rate, below, above,
     margin, soft, result,
 ):  # fmt: skip
     """Velocity of the matter at points: result[0], result[1]; its divergence: result[2].
@@ -134,22 +137,23 @@ def matter(
     ``soft``: sections keep their area, else their length. Offsets are followed up to ``margin``
     beyond the outline.
     """
+    pieces, small, large = segments(line), circles(line, RUN), circles(line, RUN * RUN)
+    ways = np.stack((np.cos(angle), np.sin(angle)), axis=1)
     guess = 0
     for p in range(points.shape[1]):
         x, y = np.float64(points[0, p]), np.float64(points[1, p])
-        _, k, u = _nearest(x, y, line, circles, guess)
+        _, k, u = _nearest(x, y, pieces, small, large, guess)
         guess = k // RUN
-        u = _foot(x, y, places, line, angle, curvature, k, u)
+        u = _foot(x, y, places, line, ways, angle, curvature, k, u)
         if u == 0.0 and k > 0:  # the foot may lie on the piece beside
-            k, u = k - 1, _foot(x, y, places, line, angle, curvature, k - 1, 1.0)
+            k, u = k - 1, _foot(x, y, places, line, ways, angle, curvature, k - 1, 1.0)
         elif u == 1.0 and k < line.shape[0] - 2:
-            k, u = k + 1, _foot(x, y, places, line, angle, curvature, k + 1, 0.0)
+            k, u = k + 1, _foot(x, y, places, line, ways, angle, curvature, k + 1, 0.0)
         step, v = places[k + 1] - places[k], 1.0 - u
         turn = _hermite(angle[k], angle[k + 1], curvature[k], curvature[k + 1], step, u)
         spun = _hermite(spin[k], spin[k + 1], rate[k], rate[k + 1], step, u)
         c, s = math.cos(turn), math.sin(turn)
-        ca, sa = math.cos(angle[k]), math.sin(angle[k])
-        cb, sb = math.cos(angle[k + 1]), math.sin(angle[k + 1])
+        ca, sa, cb, sb = ways[k, 0], ways[k, 1], ways[k + 1, 0], ways[k + 1, 1]
         dx = x - _hermite(line[k, 0], line[k + 1, 0], ca, cb, step, u)
         dy = y - _hermite(line[k, 1], line[k + 1, 1], sa, sb, step, u)
         bend = v * curvature[k] + u * curvature[k + 1]

@@ -100,7 +100,7 @@ class _Raw(NamedTuple):
     velocity: Values  # (2, n)
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=256)
 def shape(gait: Gait, time: float) -> Shape:
     """The body at a time [T]; before 0 it rests as it is at 0. About 0.5 ms.
 
@@ -165,7 +165,13 @@ def offsets(section: Section, curvature: Values, width: Values) -> tuple[Values,
 
 
 def check(gait: Gait) -> None:
-    """Refuse a body that bends so sharply that a section would fold over."""
+    """Refuse an outline without width, and a section that would fold over in a sharp bend."""
+    widths = gait.sheet.spread[1:-1]
+    if not (np.isfinite(widths).all() and (widths > 0).all()):
+        raise InputError(
+            "the half-width of a swimmer must be positive between nose and tail",
+            hint="half_width(s) > 0 for 0 < s < 1",
+        )
     along = gait.sheet
     last = max(0.0, *gait.midline.times)
     for time in np.linspace(0.0, last + 1.0, 33 + 32 * math.ceil(last)):

@@ -20,7 +20,7 @@ from remesh.errors import InputError
 
 Values = NDArray[np.float64]
 STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))  # of a derivative, order 4
-NUDGE = 2e-3  # [periods], its step
+NUDGE = 5e-4  # [periods], its step
 
 
 class Bending(NamedTuple):
@@ -236,7 +236,7 @@ class Curved:
     """A curvature of one's own: ``law(s, t)`` [1/L] for an array of places and a time.
 
     Periodic in t with period 1 after ``settled``; smooth between ``breaks`` [L]. Its rate is a
-    difference of order four over 2e-3 periods: the law is asked for times a little below 0 too.
+    difference of order four over 5e-4 periods: the law is asked for times a little below 0 too.
     A lateral displacement has the curvature y'' / sqrt(1 - y'^2), s being the arc length.
     """
 

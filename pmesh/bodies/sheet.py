@@ -16,7 +16,8 @@ from pmesh.bodies.outline import Outline
 
 Values = NDArray[np.float64]
 PANEL = 0.1  # [L] longest piece of the midline that gets one set of nodes
-NODES = 12  # per piece of the midline
+NODES = 16  # per piece of the midline
+TURN = 0.1  # [L] of outline that a turn by one radian counts for when it is sampled
 
 
 class Sheet(NamedTuple):
@@ -26,7 +27,7 @@ class Sheet(NamedTuple):
     weights: Values  # (n,)
     inner: Values  # (n, n): values at nodes -> integrals from the head to the nodes
     width: Values  # (n,) half-width at the nodes
-    stations: Values  # (m,) from 0 to 1, about evenly along the outline
+    stations: Values  # (m,) from 0 to 1, denser where the outline is round
     outer: Values  # (m, n): values at nodes -> integrals from the head to the stations
     spread: Values  # (m,) half-width at the stations
 
@@ -90,14 +91,18 @@ def _mapped(x: Values, a: float, b: float, head: bool, tail: bool) -> tuple[Valu
 
 
 def _stations(outline: Outline, samples: int, edges: Values) -> Values:
-    """Places about evenly along the outline of the straight body, kinks among them."""
+    """Places evenly along the outline of the straight body, more where it is round."""
     fine = 0.5 - 0.5 * np.cos(np.linspace(0.0, math.pi, 20 * samples + 1))
-    fine = np.union1d(fine, edges)
+    apart = np.abs(fine[:, None] - edges).min(axis=1) > 1e-9  # a tiny step has no direction
+    fine = np.union1d(fine[apart], edges)
     width = outline.half_width(fine)
-    far = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(fine), np.diff(width)))))
+    step = np.hypot(np.diff(fine), np.diff(width))
+    turn = np.abs(np.diff(np.arctan2(np.diff(width), np.diff(fine)), prepend=0.0))
+    turn[0] = 0.0
+    turn[np.isin(fine[:-1], edges)] = 0.0  # a kink needs no samples
+    far = np.concatenate(([0.0], np.cumsum(step + TURN * turn)))
     marks = np.interp(edges, fine, far)
-    step = far[-1] / samples
-    along = split(list(marks), step)
+    along = split(list(marks), far[-1] / samples)
     return np.interp(along, far, fine)
 
 
