@@ -16,6 +16,7 @@ from pmesh.cases.options import option
 from pmesh.cases.reference import KOUMOUTSAKOS_LEONARD, cylinder_drag, cylinder_reynolds
 from pmesh.cases.short_time_drag import linear_drag, short_time_drag
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
+from pmesh.cases.wake import draw_vorticity
 from pmesh.run.summary import Metric
 from remesh.grid import Grid
 
@@ -246,8 +247,13 @@ class Cylinder(Case):
         wanted = [self.until / 6, self.until / 2, self.until]
         chosen = [min(shots, key=lambda shot: abs(shot.time - t)) for t in wanted]
         right = max(2.0, 1.5 + 0.5 * self.until)
+        around = np.linspace(0, 2 * math.pi, 256, endpoint=False)
+        circle = np.stack([np.cos(around), np.sin(around)], axis=1)
         for panel, shot in zip(panels, chosen, strict=True):
-            _draw_vorticity(panel, shot["vorticity"], shot.grid, 0.25 * math.sqrt(self.reynolds))
+            draw_vorticity(
+                panel, shot["vorticity"], shot.grid, 0.25 * math.sqrt(self.reynolds),
+                outlines=[circle],
+            )  # fmt: skip
             panel.set(xlim=(-1.5, right), ylim=(-2.0, 2.0), xlabel="$x / R$")
             panel.set_title(f"vorticity at T = {shot.time:.3g}")
         panels[0].set_ylabel("$y / R$")
@@ -258,24 +264,3 @@ def _extreme(drag: Drag, first: float, last: float, pick: Any) -> tuple[float, f
     inside = (drag.time > first) & (drag.time < last)
     place = int(pick(drag.momentum[inside]))
     return float(drag.time[inside][place]), float(drag.momentum[inside][place])
-
-
-def _draw_vorticity(panel: Axes, vorticity: NDArray[Any], grid: Grid, limit: float) -> None:
-    """Vorticity [U/R] in colours that saturate at the limit, and the body."""
-    from matplotlib.patches import Circle
-
-    half = 0.5 * grid.spacing
-    x, y = grid.axes()
-    panel.imshow(
-        np.asarray(vorticity).T,
-        origin="lower",
-        extent=(x[0] - half, x[-1] + half, y[0] - half, y[-1] + half),
-        cmap="RdBu_r",
-        vmin=-limit,
-        vmax=limit,
-        interpolation="bilinear",
-    )
-    panel.add_patch(Circle((0, 0), 1.0, fc="#d9d9d9", ec="#444444", lw=0.7, zorder=3))
-    panel.set_facecolor("#f7f7f7")  # the colour of zero: the mesh ends where nothing is
-    panel.set_aspect("equal")
-    panel.grid(False)

@@ -1,0 +1,279 @@
+"""A movie of a run: one field of all its snapshots in the same colours, as GIF or MP4."""
+
+from __future__ import annotations
+
+import importlib
+import io
+import math
+import shutil
+import subprocess
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmesh.cases.wake import (
+    EDGE,
+    EMPTY,
+    FILL,
+    WALL,
+    Shot,
+    Window,
+    colour_limit,
+    depth,
+    indicator,
+    plane,
+    window,
+)
+from pmesh.run.files import write_atomic
+from pmesh.run.snapshots import read_snapshots
+from remesh.errors import InputError, StorageError
+from remesh.grid import Grid
+
+if TYPE_CHECKING:
+    from PIL.ImageFont import FreeTypeFont
+
+Pixels = NDArray[np.uint8]
+Kind = Literal["gif", "mp4"]
+KINDS: tuple[Kind, ...] = ("gif", "mp4")
+LEVELS = 96  # colours of the field
+BODY, RIM, INK = LEVELS, LEVELS + 1, LEVELS + 2  # palette entries; from INK on 8 greys, to paper
+GREYS = 8
+STRIP = 28  # pixels above the picture, for the time
+
+
+def movie(
+    folder: str | Path,
+    out: str | Path | None = None,
+    *,
+    kind: Kind = "gif",
+    field: str = "vorticity",
+    fps: float = 12.0,
+    follow: bool = False,
+    limit: float | None = None,
+    width: int = 640,
+) -> Path:
+    """Write the movie of a run directory, by default ``movie.gif`` in it; returns its path.
+
+    One window over all snapshots, or with ``follow`` one that moves with the bodies; colours that
+    saturate at ``limit`` [of the field]; ``width`` in pixels. Bodies are filled, the time is above.
+    GIF by Pillow; MP4 by imageio-ffmpeg (``pip install "pmesh-flow[movie]"``) or an ffmpeg on the
+    path. Refuses a run without snapshots, an unknown field, and MP4 without ffmpeg.
+    """
+    if kind not in KINDS:
+        raise InputError(f"a movie is one of {', '.join(KINDS)}, got {kind!r}", hint="gif")
+    if not (math.isfinite(fps) and 0 < fps <= 100 and 64 <= width <= 4096):
+        raise InputError(
+            f"fps must be above 0 and at most 100, width from 64 to 4096, got {fps:g} and {width}",
+            hint="--fps 12 --width 640",
+        )
+    program = ffmpeg() if kind == "mp4" else ""
+    path = Path(folder) / f"movie.{kind}" if out is None else Path(out)
+    frames = film(snapshots(folder, field), field, follow=follow, limit=limit, width=width)
+    if kind == "gif":
+        write_atomic(path, _gif(frames, fps))
+    else:
+        write_atomic(path, _mp4(frames, fps, program))
+    return path
+
+
+@dataclass(frozen=True, kw_only=True)
+class Frames:
+    """Pictures as palette entries, and the palette (256, 3)."""
+
+    pixels: Iterator[Pixels]  # each (height, width)
+    palette: Pixels
+
+
+def snapshots(folder: str | Path, *fields: str) -> list[Any]:
+    """The snapshots of a run that hold these fields; refuses a run without any."""
+    shots = read_snapshots(folder)
+    if not shots:
+        raise InputError(
+            f"{folder} holds no snapshots", hint="the directory of a run with `every` set"
+        )
+    for name in fields:
+        if any(name not in shot.names for shot in shots):
+            known = ", ".join(sorted(set.intersection(*(set(shot.names) for shot in shots))))
+            raise InputError(f"the snapshots hold no field {name!r}", hint=f"one of {known}")
+    return shots
+
+
+def film(
+    shots: Sequence[Shot],
+    field: str = "vorticity",
+    *,
+    follow: bool = False,
+    limit: float | None = None,
+    width: int = 640,
+) -> Frames:
+    """The pictures of the snapshots."""
+    limit = colour_limit(shots, field) if limit is None else limit
+    signed = any(plane(shot, field).min() < 0 for shot in shots)
+    places = [centre(shot) if follow else (0.0, 0.0) for shot in shots]
+    parts = [window([shot], field, limit=limit) for shot in shots]
+    parts = [part.moved(-x, -y) for part, (x, y) in zip(parts, places, strict=True)]
+    ends = np.array(parts)
+    whole = Window(*ends[:, 0:1].min(0), *ends[:, 1:2].max(0), *ends[:, 2:3].min(0),
+                   *ends[:, 3:4].max(0))  # fmt: skip
+    height = max(32, round(width * whole.size[1] / whole.size[0] / 2) * 2)
+    shape = (height, width - width % 2)
+    name = field if plane(shots[0], field).shape == shots[0][field].shape else f"|{field}|"
+    scale = f"{name}, {'±' if signed else '0 to '}{limit:g}"
+    pixels = (
+        _frame(shot, field, whole.moved(*place), shape, limit, signed, scale)
+        for shot, place in zip(shots, places, strict=True)
+    )
+    return Frames(pixels=pixels, palette=palette(signed))
+
+
+def centre(shot: Shot) -> tuple[float, float]:
+    """Centre of area of the bodies [L]; refuses a snapshot without bodies."""
+    chi = indicator(shot)
+    if chi is None or chi.max() <= 0:
+        raise InputError("there is no body to follow", hint="a movie without --follow")
+    x, y = shot.grid.axes()
+    area = chi.sum()
+    return float(x @ chi.sum(axis=1) / area), float(y @ chi.sum(axis=0) / area)
+
+
+def palette(signed: bool) -> Pixels:
+    """Colours of the field, the body, its rim, and greys from ink to paper; (256, 3)."""
+    from matplotlib import colormaps
+    from matplotlib.colors import to_rgb
+
+    colours = colormaps["RdBu_r" if signed else "viridis"](np.linspace(0, 1, LEVELS))[:, :3]
+    if signed:
+        colours[[LEVELS // 2 - 1, LEVELS // 2]] = to_rgb(EMPTY)  # nothing is where it is weak
+    greys = np.linspace(to_rgb("#222222"), to_rgb("#ffffff"), GREYS)
+    table = np.concatenate([colours, [to_rgb(FILL), to_rgb(EDGE)], greys])
+    full = np.ones((256, 3))
+    full[: len(table)] = table
+    return np.rint(255 * full).astype(np.uint8)
+
+
+def resampled(
+    field: NDArray[Any], grid: Grid, x: NDArray[Any], y: NDArray[Any]
+) -> NDArray[np.float64]:
+    """A plane field at x times y, bilinear, shape (len(x), len(y)); zero beyond the mesh."""
+    values = np.asarray(field, np.float64)
+    for axis, points in enumerate((x, y)):
+        place = (np.asarray(points) - grid.origin[axis]) / grid.spacing
+        n = grid.shape[axis]
+        first = np.floor(place).astype(int)
+        part = np.expand_dims(place - first, 1 - axis)
+        low, high = (_line(values, first + k, axis, n, grid.periodic[axis]) for k in (0, 1))
+        values = (1 - part) * low + part * high
+    return values
+
+
+def _line(
+    values: NDArray[np.float64], index: NDArray[Any], axis: int, n: int, wraps: bool
+) -> NDArray[np.float64]:
+    taken = np.take(values, index % n, axis=axis)
+    if not wraps:
+        outside = np.expand_dims((index < 0) | (index >= n), 1 - axis)
+        taken = np.where(outside, 0.0, taken)
+    return taken
+
+
+def _frame(
+    shot: Shot, field: str, part: Window, shape: tuple[int, int], limit: float, signed: bool,
+    scale: str,
+) -> Pixels:  # fmt: skip
+    """One picture: a strip with the time, the field below it, bodies on top."""
+    height, width = shape
+    x = part.left + (np.arange(width) + 0.5) * part.size[0] / width
+    y = part.top - (np.arange(height) + 0.5) * part.size[1] / height
+    seen = resampled(plane(shot, field), shot.grid, x, y).T / limit
+    level = 0.5 * (seen + 1) if signed else seen
+    picture = np.clip(np.floor(level * LEVELS), 0, LEVELS - 1).astype(np.uint8)
+    chi = indicator(shot)
+    if chi is not None:
+        inside = resampled(depth(chi), shot.grid, x, y).T > WALL
+        core = inside.copy()
+        for axis in (0, 1):
+            for step in (-1, 1):
+                core &= np.roll(inside, step, axis)
+        picture[inside] = RIM
+        picture[core] = BODY
+    return np.concatenate([_strip(width, f"t = {shot.time:.4g}", scale), picture])
+
+
+def _strip(width: int, left: str, right: str) -> Pixels:
+    """A line of text in greys."""
+    from PIL import Image, ImageDraw
+
+    strip = Image.new("L", (width, STRIP), 255)
+    pen, letters = ImageDraw.Draw(strip), _font()
+    pen.text((8, STRIP // 2), left, fill=0, font=letters, anchor="lm")
+    pen.text((width - 8, STRIP // 2), right, fill=0, font=letters, anchor="rm")
+    grey = np.asarray(strip, np.float64) / 255
+    return (INK + np.rint(grey * (GREYS - 1))).astype(np.uint8)
+
+
+def _font() -> FreeTypeFont:
+    """The letters of the figures."""
+    from matplotlib import get_data_path
+    from PIL import ImageFont
+
+    return ImageFont.truetype(str(Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), 14)
+
+
+def _gif(frames: Frames, fps: float) -> bytes:
+    """A GIF that repeats."""
+    from PIL import Image
+
+    pictures = []
+    for pixels in frames.pixels:
+        picture = Image.fromarray(pixels)
+        picture.putpalette(frames.palette.tobytes())
+        pictures.append(picture)
+    stream = io.BytesIO()
+    pictures[0].save(
+        stream, format="GIF", save_all=True, append_images=pictures[1:], loop=0,
+        duration=max(20, 10 * round(100 / fps)), optimize=False,
+    )  # fmt: skip
+    return stream.getvalue()
+
+
+def ffmpeg() -> str:
+    """The program that writes MP4; refuses if there is none."""
+    try:
+        return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
+    except (ImportError, RuntimeError):
+        found = shutil.which("ffmpeg")
+    if found is None:
+        raise InputError(
+            "an MP4 needs ffmpeg, which is not here",
+            hint='--format gif, or: pip install "pmesh-flow[movie]"',
+        )
+    return found
+
+
+def _mp4(frames: Frames, fps: float, program: str) -> bytes:
+    """An H.264 movie that browsers play."""
+    import tempfile
+
+    pictures = [frames.palette[pixels] for pixels in frames.pixels]
+    height, width = pictures[0].shape[:2]
+    with tempfile.TemporaryDirectory() as folder:
+        target = Path(folder) / "movie.mp4"
+        words = [
+            program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
+            "-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-", "-an", "-c:v", "libx264",
+            "-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(target),
+        ]  # fmt: skip
+        done = subprocess.run(
+            words, input=b"".join(p.tobytes() for p in pictures), capture_output=True, check=False
+        )
+        if done.returncode or not target.is_file():
+            said = done.stderr.decode(errors="replace").strip().splitlines()
+            raise StorageError(
+                f"ffmpeg could not write the movie: {said[-1] if said else done.returncode}",
+                hint="--format gif",
+            )
+        return target.read_bytes()
