@@ -139,15 +139,17 @@ def matter(
     """
     pieces, small, large = segments(line), circles(line, RUN), circles(line, RUN * RUN)
     ways = np.stack((np.cos(angle), np.sin(angle)), axis=1)
+    reach = 2.0 * margin + max(above.max(), -below.min())  # beyond it a segment's place will do
     guess = 0
     for p in range(points.shape[1]):
         x, y = np.float64(points[0, p]), np.float64(points[1, p])
-        _, k, u = _nearest(x, y, pieces, small, large, guess)
+        far, k, u = _nearest(x, y, pieces, small, large, guess)
         guess = k // RUN
-        u = _foot(x, y, places, line, ways, angle, curvature, k, u)
-        if u == 0.0 and k > 0:  # the foot may lie on the piece beside
+        if far < reach:
+            u = _foot(x, y, places, line, ways, angle, curvature, k, u)
+        if far < reach and u == 0.0 and k > 0:  # the foot may lie on the piece beside
             k, u = k - 1, _foot(x, y, places, line, ways, angle, curvature, k - 1, 1.0)
-        elif u == 1.0 and k < line.shape[0] - 2:
+        elif far < reach and u == 1.0 and k < line.shape[0] - 2:
             k, u = k + 1, _foot(x, y, places, line, ways, angle, curvature, k + 1, 0.0)
         step, v = places[k + 1] - places[k], 1.0 - u
         turn = _hermite(angle[k], angle[k + 1], curvature[k], curvature[k + 1], step, u)

@@ -131,6 +131,11 @@ class Swimmer:
         return True
 
     @property
+    def solenoidal(self) -> bool:
+        """Whether its deformation has no divergence: with incompressible sections."""
+        return self.section == "incompressible"
+
+    @property
     def measure(self) -> Measure:
         """Area, centre (the origin of its own axes) and the straight body's polar moment."""
         area, _, inertia = straight(self.gait)
@@ -188,13 +193,18 @@ class Swimmer:
         """
         return np.asarray(self._matter(points, pose)[:2], points.dtype)
 
+    @property
+    def solenoidal(self) -> bool:
+        """Whether its sections keep the area of their pieces."""
+        return self.section == "incompressible"
+
     def divergence(self, points: Array, pose: Pose) -> Array | None:
         """Divergence [1/T] of that velocity; None for incompressible sections: it is zero.
 
         A rigid section has -kappa_t rho / (1 - kappa rho), of which the integral over the body
         is zero. Goes on outside: meant to be multiplied with the body's indicator.
         """
-        if self.section == "incompressible":
+        if self.solenoidal:
             return None
         return np.asarray(self._matter(points, pose)[2], points.dtype)
 
