@@ -215,6 +215,8 @@ def test_swimmers_are_values():
     assert hash(Swimmer.cstart()) == hash(Swimmer.cstart())
     assert Swimmer.carling() != Swimmer.carling(phase=0.25)
     assert Swimmer.carling().deforming
+    assert Swimmer.carling().solenoidal
+    assert not Swimmer.carling(section="rigid").solenoidal
     assert Swimmer.carling().ndim == 2
 
 

@@ -193,11 +193,6 @@ class Swimmer:
         """
         return np.asarray(self._matter(points, pose)[:2], points.dtype)
 
-    @property
-    def solenoidal(self) -> bool:
-        """Whether its sections keep the area of their pieces."""
-        return self.section == "incompressible"
-
     def divergence(self, points: Array, pose: Pose) -> Array | None:
         """Divergence [1/T] of that velocity; None for incompressible sections: it is zero.
 
@@ -226,7 +221,7 @@ class Swimmer:
             body.below * L,
             body.above * L,
             MARGIN * L,
-            self.section == "incompressible",
+            self.solenoidal,
             result,
         )
         return result.reshape(3, *points.shape[1:])
