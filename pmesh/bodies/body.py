@@ -25,6 +25,9 @@ class Body(Protocol):
     A value: equal bodies are the same body, so it must be hashable (a frozen dataclass).
     """
 
+    def __hash__(self) -> int:
+        """Equal bodies have equal hashes."""
+
     @property
     def ndim(self) -> int:
         """Number of dimensions."""
@@ -36,6 +39,10 @@ class Body(Protocol):
     @property
     def deforming(self) -> bool:
         """Whether its shape is a law of the time."""
+
+    @property
+    def solenoidal(self) -> bool:
+        """Whether its deformation has no divergence."""
 
     @property
     def period(self) -> float:
@@ -60,6 +67,9 @@ class Body(Protocol):
 
     def deformation(self, points: Array, pose: Pose) -> Array | None:
         """Velocity [L/T] of its matter beyond the rigid motion, (ndim, ...); None if rigid."""
+
+    def divergence(self, points: Array, pose: Pose) -> Array | None:
+        """Divergence [1/T] of that velocity inside the body; None if it is solenoidal."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +100,11 @@ class RigidBody:
     def deforming(self) -> bool:
         """False: it is rigid."""
         return False
+
+    @property
+    def solenoidal(self) -> bool:
+        """True: it is rigid."""
+        return True
 
     @property
     def period(self) -> float:
@@ -125,6 +140,10 @@ class RigidBody:
         """None: it is rigid."""
         return None
 
+    def divergence(self, points: Array, pose: Pose) -> Array | None:
+        """None: it is rigid."""
+        return None
+
     def _placed(self, pose: Pose) -> Shape:
         center = self.measure.center
         if pose.center == center and not any(pose.angle):
@@ -144,8 +163,18 @@ def check_motion(motion: object) -> None:
 
 
 def launched(pose: Pose, motion: Motion) -> Pose:
-    """A pose at its motion's first instant."""
+    """A pose at its motion's first instant; refuses vectors of another dimension."""
     if isinstance(motion, Free):
+        n, spring = len(pose.center), motion.spring
+        vectors = {"velocity": motion.velocity, "gravity": motion.gravity}
+        if spring is not None:
+            vectors |= {"spring stiffness": spring.stiffness, "spring damping": spring.damping}
+        for name, vector in vectors.items():
+            if len(vector) not in (0, n):
+                raise InputError(
+                    f"Free {name} must have {n} components, got {vector}",
+                    hint=f"{(0.0,) * n}",
+                )
         return Pose(
             time=pose.time,
             center=pose.center,

@@ -14,7 +14,6 @@ from pmesh.bodies.motion import COORDINATES, Free
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import indicator
 from remesh.grid import Grid
-from remesh.stencils import divergence
 
 Array = NDArray[np.floating[Any]]
 NODE = 1e-6  # a box ends on a node when it comes this close, in spacings: the same box on any mesh
@@ -50,7 +49,7 @@ def mask_of(
         own = owner == number
         free = isinstance(body.motion, Free)
         matter = np.zeros_like(points) if free else pose.rigid(points)
-        change = body.deformation(points, pose)
+        change = deformation_on(body, pose, grid)
         drift: Array = np.zeros(grid.ndim + len(pose.spin))
         if change is not None:
             if isinstance(body.motion, Free):
@@ -67,23 +66,33 @@ def mask_of(
 def swelling(
     bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, width: float
 ) -> Array | None:
-    """Divergence [1/T] of the bodies' deformation on a box; its sum is zero. None if all are rigid.
+    """Divergence [1/T] of the bodies' deformation on a box, of sum zero; None if there is none.
 
     What bends is longer on one side and shorter on the other: the fluid must make room.
     """
-    if not any(body.deforming for body in bodies):
+    if all(body.solenoidal for body in bodies):
         return None
     points = grid.points()
     owner, distance = _nearest(bodies, at_rest(poses), grid)
     chi = indicator(distance, width)
     total = np.zeros(grid.shape)
     for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
-        change = body.deformation(points, pose)
-        if change is not None:
+        rate = body.divergence(points, pose)
+        if rate is not None:
             own = np.where(owner == number, chi, 0.0)
-            source = own * divergence(change, grid, order=4)
+            source = own * rate
             total += source - own * (source.sum() / own.sum())
     return total
+
+
+def deformation_on(body: Body, pose: Pose, grid: Grid) -> Array | None:
+    """Velocity [L/T] of a body's matter beyond the rigid motion, on the nodes; None if rigid."""
+    return _deformation(body, at_rest((pose,))[0], grid) if body.deforming else None
+
+
+@lru_cache(maxsize=16)
+def _deformation(body: Body, place: Pose, grid: Grid) -> Array | None:
+    return body.deformation(grid.points(), place)
 
 
 def box_around(bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, reach: float) -> Grid:

@@ -54,7 +54,7 @@ class Penalisation:
 
     strength: float = 1000.0
     width: float = 1.5
-    tolerance: float = 1e-6
+    tolerance: float = 1e-5
     iterations: int = 500
 
     def __post_init__(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
-from pmesh.bodies.mask import Mask, box_around, mask_of, moves
+from pmesh.bodies.mask import Mask, box_around, deformation_on, mask_of, moves
 from pmesh.bodies.motion import Free
 from pmesh.bodies.penalise import Freedom, Imposed, Penalisation, penalise
 from pmesh.bodies.pose import Pose
@@ -75,6 +75,11 @@ class Wall:
             offset = wall_offset(settings.width, settings.strength, self.order, self.radius)
         return mask_of(self.bodies, self.poses, self.near, settings.width * h, offset * h)
 
+    def fastest(self) -> float:
+        """Largest known speed of the bodies' matter [L/T]."""
+        mask = self.mask()
+        return float(np.sqrt(np.max(np.sum(mask.velocity**2, axis=0) * (mask.chi > 0))))
+
     def start(self, velocity: Array, speed: float) -> tuple[Imposed, Array]:
         """Stop the slip of a given velocity [L/T] at once: the impulse, and its vorticity."""
         imposed = penalise(
@@ -121,8 +126,8 @@ class Wall:
         ):
             own = owner == number
             here = points[:, inside][:, own]
-            change = body.deformation(here, old)
-            there = here if change is None else here + dt * change
+            change = deformation_on(body, old, mask.grid)
+            there = here if change is None else here + dt * change[:, inside][:, own]
             center = np.reshape(new.center, (-1, 1))
             places[own] = (center + new.turned(old.seen(there))).T
         parts = [

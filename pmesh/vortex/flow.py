@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
+from pmesh.bodies.contact import ContactLaw
 from pmesh.bodies.mask import moves
 from pmesh.bodies.penalise import Penalisation
 from pmesh.bodies.pose import Pose
@@ -37,6 +38,7 @@ from remesh.stencils import max_gradient_norm
 Array = NDArray[np.floating[Any]]
 
 DEFAULT = Penalisation()
+TOUCH = ContactLaw()
 EDGE = 3  # nodes from the edge of a fixed mesh within which vorticity is about to leave it
 PLACES = ("x", "y", "angle", "u", "v", "spin")  # columns of a body that moves
 FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
@@ -70,6 +72,7 @@ class VortexFlow:
     radius: float = 2.0  # of its regularisation, in spacings
     window: Window | None = None  # around the bodies, in body lengths, out of which wakes may leave
     penalisation: Penalisation = DEFAULT
+    contact: ContactLaw = TOUCH  # between bodies of which one at least is free
     largest_step: float = math.inf  # upper bound of dt [T]
     dtype: Literal["float64", "float32"] = "float64"
     threads: int | None = None
@@ -110,7 +113,7 @@ class VortexFlow:
         if not (math.isfinite(dt) and dt > 0):
             raise InputError(f"dt must be positive and finite, got {dt}", hint="flow.limit(state)")
         state = self._roomy(state, dt)
-        passage = Passage.planned(state, self._wall(state), dt) if self.bodies else None
+        passage = self._planned(state, dt) if self.bodies else None
         outer = self._outer(state, passage)
         half, velocity = self._first_half(state, passage, outer[0], dt)
         displacement = carry(
@@ -307,7 +310,7 @@ class VortexFlow:
         flows: list[Array | None] = []
         for poses in ends:
             total = None
-            if any(body.deforming for body in self.bodies):
+            if not all(body.solenoidal for body in self.bodies):
                 wall = self._wall(replace(state, poses=poses))
                 total = swelling_flow(wall, self._solver(state.grid))
             if self.window is not None and state.deficit:
@@ -368,6 +371,9 @@ class VortexFlow:
             return _added(induced, _between(outer, part))
 
         return velocity
+
+    def _planned(self, state: State, dt: float) -> Passage:
+        return Passage.planned(state, self._wall(state), self.contact, dt)
 
     def _wall(self, state: State) -> Wall:
         return Wall(

@@ -56,14 +56,11 @@ def impulse_force(
     rate ``int (V w, -U w) dV``.
     """
     old, new = (np.array(impulse(field, grid)) for field in fields)
-    return (
-        0.5
-        * sum(
-            _drag_along(field, grid, freestream, added)
-            for field, added in zip(fields, outer, strict=True)
-        )
-        - (new - old) / dt
+    first, last = (
+        _drag_along(field, grid, freestream, added)
+        for field, added in zip(fields, outer, strict=True)
     )
+    return np.asarray(0.5 * (first + last) - (new - old) / dt)
 
 
 def _drag_along(

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
-from pmesh.bodies.mask import Mask, moves, rigid_modes
+from pmesh.bodies.mask import Mask, deformation_on, moves, rigid_modes
 from pmesh.bodies.pose import Pose
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.state import Load
@@ -31,11 +31,13 @@ def moments(impulse: Array, mask: Mask, poses: Sequence[Pose]) -> Values:
 
 def work(impulse: Array, mask: Mask, poses: Sequence[Pose], bodies: Sequence[Body]) -> Values:
     """Work (bodies,) of an impulse density on the bodies' own motion."""
+    if not any(moves(body) for body in bodies):
+        return np.zeros(len(poses))
     points, cell = mask.grid.points(), mask.grid.cell_volume
     done = []
     for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
         matter = pose.rigid(points)
-        change = body.deformation(points, pose)
+        change = deformation_on(body, pose, mask.grid)
         matter = matter if change is None else matter + change
         done.append(float(np.sum((impulse * matter)[:, mask.owner == number])) * cell)
     return np.array(done)
@@ -75,12 +77,12 @@ def kinetic_energy(wall: Wall, poses: Sequence[Pose]) -> Values:
     if not any(moves(body) for body in wall.bodies):
         return np.zeros(len(poses))
     mask = wall.mask()
-    points, energies = mask.grid.points(), []
+    energies = []
     for number, (body, pose) in enumerate(zip(wall.bodies, poses, strict=True)):
         measure = body.measure
         speed = float(np.dot(pose.velocity, pose.velocity))
         energy = 0.5 * (measure.volume * speed + measure.inertia * pose.spin[0] ** 2)
-        change = body.deformation(points, pose)
+        change = deformation_on(body, pose, mask.grid)
         if change is not None:
             own = np.where(mask.owner == number, mask.chi, 0.0)
             square = float(np.sum(own * np.sum(change**2, axis=0)))

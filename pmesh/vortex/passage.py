@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.bodies.contact import ContactLaw, resolve
 from pmesh.bodies.freedom import arrived, freedom_of, outer_impulses, predicted
 from pmesh.bodies.pose import Pose
 from pmesh.vortex.constraint import Wall
@@ -39,17 +40,19 @@ class Passage:
     push: Values  # outer impulse on each body, (bodies, 3)
 
     @classmethod
-    def planned(cls, state: State, wall: Wall, dt: float) -> Passage:
+    def planned(cls, state: State, wall: Wall, contact: ContactLaw, dt: float) -> Passage:
         """The step that a state begins; on the first one no force is known."""
         assert state.constraint is not None  # there are bodies
-        after = predicted(wall.bodies, state.earlier, state.poses, dt)
+        bodies, poses = wall.bodies, state.poses
+        foreseen = predicted(bodies, state.earlier, poses, dt)
+        after, hits = resolve(bodies, poses, foreseen, dt, contact, wall.grid.spacing)
         return cls(
             before=wall,
             after=wall.at(after),
             dt=dt,
             last=state.constraint,
             given=0.5 * dt * state.constraint.force if state.step > 0 else None,
-            push=outer_impulses(wall.bodies, state.poses, after, dt),
+            push=outer_impulses(bodies, poses, after, dt) + hits,
         )
 
     @property
@@ -70,6 +73,7 @@ class Passage:
             carried = after.carried(before, self.given)
             guess = after.guess(carried + after.carried(before, self.dt * self.last.change))
         freedom = freedom_of(bodies, before.poses, after.poses, after.mask(), self.push - sums)
+        speed = max(speed, after.fastest())
         imposed = after.impose(velocity, self.tau, speed, guess, freedom)
         poses = arrived(bodies, after.poses, after.mask(), imposed.values)
         sums = sums + moments(imposed.impulse, after.mask(), poses)
