@@ -57,7 +57,7 @@ class Polygon(Shape):
         """
         rows = _rows(Path(path))
         rows = _lednicer(rows) or rows
-        corners = [row for row, last in zip(rows, [None, *rows[:-1]], strict=True) if row != last]
+        corners = [row for i, row in enumerate(rows) if i == 0 or row != rows[i - 1]]
         if len(corners) > 1 and corners[0] == corners[-1]:
             corners.pop()
         if len(corners) < 3:
