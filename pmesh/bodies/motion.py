@@ -86,13 +86,29 @@ class Spring:
     """Springs and dampers that hold a free body to where it was placed, per unit fluid density.
 
     Force ``-stiffness * shift - damping * velocity`` along each axis [L^2/T^2 and L^2/T per unit
-    length of a plane body], torque ``-torsion * angle - twist_damping * spin``.
+    length of a plane body], torque ``-torsion * angle - twist_damping * spin``. Refuses numbers
+    that are negative or not finite: they would feed the motion.
     """
 
     stiffness: tuple[float, ...] = ()
     damping: tuple[float, ...] = ()
     torsion: float = 0.0
     twist_damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse negative numbers, and what are none."""
+        for name in ("stiffness", "damping"):
+            given = tuple(_numbers(f"Spring {name}", getattr(self, name), "(1.0, 1.0)"))
+            object.__setattr__(self, name, given)
+        for name in ("torsion", "twist_damping"):
+            (value,) = _numbers(f"Spring {name}", (getattr(self, name),), "1.0")
+            object.__setattr__(self, name, value)
+        lowest = min((*self.stiffness, *self.damping, self.torsion, self.twist_damping))
+        if lowest < 0:
+            raise InputError(
+                f"Spring constants must not be negative, got {lowest:g}",
+                hint="stiffness=(1.0, 1.0)",
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,10 +133,15 @@ class Free:
         """Refuse a density that is not positive, and numbers that are none."""
         _positive("Free density", self.density)
         for name in ("gravity", "velocity"):
-            given = tuple(as_number(f"Free {name}", x, hint="0.0") for x in getattr(self, name))
-            if not all(map(math.isfinite, given)):
-                raise InputError(f"Free {name} must be finite, got {given}", hint="(0.0, -1.0)")
+            given = tuple(_numbers(f"Free {name}", getattr(self, name), "(0.0, -1.0)"))
             object.__setattr__(self, name, given)
+        (spin,) = _numbers("Free spin", (self.spin,), "0.0")
+        object.__setattr__(self, "spin", spin)
+        if self.spring is not None and not isinstance(self.spring, Spring):
+            raise InputError(
+                f"Free spring must be a Spring, got {self.spring!r}",
+                hint="spring=Spring(stiffness=(1.0, 1.0))",
+            )
         unknown = set(self.locked) - set(COORDINATES)
         if unknown:
             raise InputError(
@@ -141,6 +162,16 @@ def _told(name: str, law: Law | None, time: float, count: int) -> tuple[float, .
             f"Prescribed {name} must give {count} finite numbers, gave {values} at t = {time:g}",
             hint=f"{name}=lambda t: {(0.0,) * count if count > 1 else 0.0}",
         )
+    return values
+
+
+def _numbers(name: str, given: Sequence[float], hint: str) -> list[float]:
+    """The given numbers as plain floats; refuses what is no sequence of finite ones."""
+    if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str):
+        raise InputError(f"{name} must be numbers, one along each axis, got {given!r}", hint=hint)
+    values = [as_number(name, x, hint=hint) for x in given]
+    if not all(map(math.isfinite, values)):
+        raise InputError(f"{name} must be finite, got {tuple(values)}", hint=hint)
     return values
 
 
