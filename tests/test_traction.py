@@ -57,9 +57,9 @@ def test_a_shaken_cylinder_shows_stokes_pressure_and_shear_to_second_order():
     errors = []
     for nodes in (24, 48):
         found, pressure, shear, force = shaken(nodes)
-        assert found.force[0] == pytest.approx(force, rel=20 / nodes**2)
+        assert found.force[0] == pytest.approx(force, rel=25 / nodes**2)
         assert abs(found.force[1]) < 2e-3 * abs(force)
-        assert found.torque == pytest.approx(0.3 * force, rel=20 / nodes**2)
+        assert found.torque == pytest.approx(0.3 * force, rel=25 / nodes**2)
         assert found.closure < 1e-3 * np.ptp(pressure)
         errors.append(
             [np.abs(found.pressure - pressure).max() / np.ptp(pressure),
