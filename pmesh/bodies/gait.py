@@ -164,6 +164,7 @@ def offsets(section: Section, curvature: Values, width: Values) -> tuple[Values,
     return -2 * width / (1 + np.sqrt(1 + bent)), 2 * width / (1 + np.sqrt(1 - bent))
 
 
+@lru_cache(maxsize=32)
 def check(gait: Gait) -> None:
     """Refuse an outline without width, and a section that would fold over in a sharp bend."""
     widths = gait.sheet.spread[1:-1]

@@ -111,7 +111,8 @@ class Swimmer:
 
         The published Reynolds number L^2 / (T nu) is 550.
         """
-        return cls(midline=midlines.CSTART, outline=Larva(), length=length, period=period, **more)
+        more.setdefault("outline", Larva())
+        return cls(midline=midlines.CSTART, length=length, period=period, **more)
 
     @property
     def gait(self) -> Gait:
