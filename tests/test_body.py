@@ -1,46 +1,91 @@
-"""Bodies: where they are, and that they stand still."""
+"""Bodies: a shape that a pose carries, with the mass and motion it states."""
 
 from __future__ import annotations
+
+import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from levelset.shapes import Box, Disk, Sphere
-from pmesh.bodies.body import Fixed, RigidBody
+from levelset.measure import measure
+from levelset.shapes import Box, Disk, Naca, Sphere
+from pmesh.bodies.body import RigidBody, launched
+from pmesh.bodies.motion import Fixed, Free, Prescribed, Spring
+from pmesh.bodies.pose import still
 from remesh.errors import InputError
 
+SHAPES = [
+    Disk(radius=0.5, center=(1, 2)),
+    Box(size=(1.0, 2.0)),
+    Naca("2412").moved((0.3, 0.1), -0.2),
+    Disk(0.5) | Box((2.0, 0.2), center=(1.0, 0.0)),
+    Sphere(0.5, center=(0, 1, 0)),
+]
 
-@pytest.mark.parametrize(
-    ("shape", "ndim"),
-    [(Disk(radius=0.5, center=(1, 2)), 2), (Box(size=(1.0, 2.0)), 2), (Sphere(0.5), 3)],
-)
+
+@pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_a_rigid_body_is_where_its_shape_is_and_does_not_move(shape, ndim, dtype):
+def test_a_body_starts_where_its_shape_was_placed(shape, dtype):
     body = RigidBody(shape)
-    assert body.ndim == ndim
-    points = np.random.default_rng(3).uniform(-3, 3, (ndim, 50)).astype(dtype)
-    for time in (0.0, 7.0):
-        np.testing.assert_array_equal(body.distance(points, time), shape.distance(points))
-        velocity = body.velocity(points, time)
-        assert velocity.shape == points.shape
-        assert velocity.dtype == dtype
-        assert not velocity.any()
-        assert body.bounds(time) == shape.bounds()
+    pose = body.start()
+    points = np.random.default_rng(3).uniform(-3, 3, (body.ndim, 50)).astype(dtype)
+    assert body.ndim == shape.ndim
+    assert pose.center == measure(shape).center
+    np.testing.assert_array_equal(body.distance(points, pose), shape.distance(points))
+    assert body.bounds(pose) == shape.bounds()
+    assert not pose.rigid(points).any()
+    assert body.deformation(points, pose) is None
+    assert not body.deforming
+    assert body.period == math.inf
 
 
-def test_the_bounds_hold_the_body():
-    body = RigidBody(Disk(radius=0.5, center=(1.0, 2.0)) | Box(size=(1.0, 3.0)))
-    low, high = body.bounds(0.0)
-    points = np.random.default_rng(4).uniform(-4, 4, (2, 4000))
-    inside = points[:, body.distance(points, 0.0) < 0]
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_the_distance_goes_with_the_pose(shape, dtype):
+    body = RigidBody(shape)
+    turns = (0.8,) if shape.ndim == 2 else (0.3, -0.5, 0.8)
+    pose = replace(still((0.4, -0.7, 0.2)[: shape.ndim]), angle=turns)
+    own = np.random.default_rng(3).uniform(-2, 2, (body.ndim, 9, 5)).astype(dtype)
+    there = pose.placed(own)
+    asked = shape.distance(own + np.array(body.measure.center, dtype)[:, None, None])
+    found = body.distance(there, pose)
+    assert found.dtype == dtype
+    assert found == pytest.approx(asked, abs=1e-13 if dtype == np.float64 else 2e-6)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_the_bounds_hold_the_body_at_any_pose(shape):
+    body = RigidBody(shape)
+    turns = (2.2,) if shape.ndim == 2 else (0.3, -0.5, 0.8)
+    pose = replace(still((0.4, -0.7, 0.2)[: shape.ndim]), angle=turns)
+    low, high = body.bounds(pose)
+    points = np.random.default_rng(4).uniform(-4, 4, (body.ndim, 20000))
+    inside = points[:, body.distance(points, pose) < 0]
+    assert inside.size
     assert (inside.min(axis=1) >= low).all()
     assert (inside.max(axis=1) <= high).all()
+
+
+def test_the_length_is_the_longest_extent():
+    assert RigidBody(Box((1.0, 3.0))).length == 3.0
+    assert RigidBody(Naca("0012", chord=2.0)).length == pytest.approx(2.0, rel=1e-5)
+
+
+def test_a_free_body_starts_with_its_own_velocity_and_a_led_one_with_its_law():
+    free = RigidBody(Disk(0.5), motion=Free(velocity=(1.0, 2.0), spin=3.0)).start()
+    assert (free.velocity, free.spin) == ((1.0, 2.0), (3.0,))
+    assert RigidBody(Disk(0.5), motion=Free()).start() == still((0.0, 0.0))
+    led = RigidBody(Disk(0.5, center=(1, 0)), motion=Prescribed(shift=lambda t: (1 + t, 0))).start()
+    assert led.center == (2.0, 0.0)
+    assert led.velocity == pytest.approx((1.0, 0.0), abs=1e-10)
 
 
 def test_a_body_is_a_value():
     assert RigidBody(Disk(radius=0.5)) == RigidBody(Disk(radius=0.5), motion=Fixed())
     assert hash(RigidBody(Disk(radius=0.5))) == hash(RigidBody(Disk(radius=0.5)))
     assert RigidBody(Disk(radius=0.5)) != RigidBody(Disk(radius=0.6))
+    assert RigidBody(Disk(0.5), motion=Free()) != RigidBody(Disk(0.5), motion=Free(density=2))
 
 
 def test_what_is_no_shape_or_no_motion_is_refused():
@@ -49,3 +94,16 @@ def test_what_is_no_shape_or_no_motion_is_refused():
     with pytest.raises(InputError, match=r"motion must be Fixed\(\)") as caught:
         RigidBody(Disk(radius=0.5), motion="still")  # type: ignore[arg-type]
     assert caught.value.hint == "motion=pmesh.Fixed()"
+
+
+@pytest.mark.parametrize(
+    ("motion", "said"),
+    [
+        (Free(velocity=(1.0,)), r"Free velocity must have 2 components, got \(1.0,\)"),
+        (Free(gravity=(0.0, 0.0, -1.0)), "Free gravity must have 2 components"),
+        (Free(spring=Spring(stiffness=(1.0,))), "Free spring stiffness must have 2 components"),
+    ],
+)
+def test_vectors_of_another_dimension_are_refused(motion, said):
+    with pytest.raises(InputError, match=said):
+        launched(still((0.0, 0.0)), motion)
