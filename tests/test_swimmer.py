@@ -245,6 +245,7 @@ def test_it_starts_from_rest_unless_told_to_jolt():
         ({"samples": 3}, "samples"),
         ({"section": "soft"}, "section"),
         ({"motion": "free"}, "motion"),
+        ({"outline": 0.05}, "outline"),
     ],
 )
 def test_swimmers_that_are_none_are_refused(options, says):

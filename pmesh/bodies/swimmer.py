@@ -59,6 +59,15 @@ class Swimmer:
 
     def __post_init__(self) -> None:
         """Refuse values that make no swimmer."""
+        for name, law, example in (
+            ("midline", "bending", "CARLING"),
+            ("outline", "half_width", "Eel()"),
+        ):
+            if not hasattr(getattr(self, name), law):
+                raise InputError(
+                    f"a Swimmer needs a {name}, got {getattr(self, name)!r}",
+                    hint=f"pmesh.bodies.{name}.{example}",
+                )
         for name in ("length", "period"):
             value = as_number(f"Swimmer {name}", getattr(self, name), hint="1.0")
             if not (math.isfinite(value) and value > 0):
@@ -89,7 +98,8 @@ class Swimmer:
         """The anguilliform swimmer: Carling's wave, the outline of Kern and Koumoutsakos.
 
         ``more``: ``position``, ``heading``, ``motion``, ``samples``, ``section``, and ``start``,
-        ``ramp``, ``phase`` of the wave. Published speed 0.54 L/T at nu = 1.4e-4 L^2/T.
+        ``ramp``, ``phase`` of the wave. At nu = 1.4e-4 L^2/T its published speed is about 0.54 L/T (Kern and
+        Koumoutsakos 2006, not read again).
         """
         return _wave(cls, midlines.CARLING, Eel(), length, period, more)
 
@@ -107,10 +117,7 @@ class Swimmer:
 
     @classmethod
     def cstart(cls, *, length: float = 1.0, period: float = 1.0, **more: Any) -> Swimmer:
-        """A larva that escapes: bends into a C for 0.7 periods, then swims (Gazzola et al. 2012).
-
-        The published Reynolds number L^2 / (T nu) is 550.
-        """
+        """A larva that escapes: bends into a C for 0.7 periods, then swims (Gazzola et al. 2012)."""
         more.setdefault("outline", Larva())
         return cls(midline=midlines.CSTART, length=length, period=period, **more)
 
