@@ -58,7 +58,7 @@ def test_a_kernel_of_ones_own_is_as_good_as_a_name():
         ({"grid": (32, 32)}, "needs a 2-D grid"),
         ({"bodies": [RigidBody(Box(size=(3.0, 0.5)))]}, "spacings thick, needs 8"),
         ({"bodies": [RigidBody(Disk(radius=0.6, center=(1.5, 0)))]}, "outside the domain"),
-        ({"bodies": [RigidBody(Disk(radius=0.6) - Disk(radius=0.9))]}, "spacings thick, needs 8"),
+        ({"bodies": [RigidBody(Disk(radius=0.6) - Disk(radius=0.9))]}, "has no inside"),
         ({"bodies": [RigidBody(THIN)], "grid": FINE}, "spacings thick, needs 8"),
         ({"bodies": [DISK], "grid": WRAPPED}, "need an unbounded axis"),
         ({"bodies": [EDGED], "domain": "fixed"}, "nodes to the edges of a fixed domain"),
@@ -105,13 +105,13 @@ class Mutable:
     """A body that is no value."""
 
     ndim = 2
-    moving = False
+    motion, measure, start = DISK.motion, DISK.measure, DISK.start
     __hash__ = None  # type: ignore[assignment]
 
-    def bounds(self, time):
-        return DISK.bounds(time)
+    def bounds(self, pose):
+        return DISK.bounds(pose)
 
-    distance = velocity = bounds
+    distance = bounds
 
 
 def test_a_body_that_cannot_be_hashed_is_refused():

@@ -37,7 +37,7 @@ def test_a_scheme_meets_the_conditions_of_its_order(scheme):
 def test_particles_in_a_uniform_flow_go_along_with_it(scheme, moved):
     velocity = np.ones((2, *GRID.shape)) * np.array([0.3, -0.7])[:, None, None]
     base = 0.01 * np.ones((2, *GRID.shape)) if moved else None
-    gone = carry(Carried(spots(), base), velocity, lambda _: velocity, GRID, 0.5, scheme, "M6'")
+    gone = carry(Carried(spots(), base), velocity, lambda *_: velocity, GRID, 0.5, scheme, "M6'")
     expected = velocity * 0.5 + (0.01 if moved else 0.0)
     np.testing.assert_allclose(gone, expected, atol=1e-14)
 
@@ -49,7 +49,7 @@ def test_particles_in_rigid_rotation_turn_with_the_order_of_the_scheme(scheme):
     inner = np.hypot(x, y) < 1
     errors = []
     for dt in (0.2, 0.1):
-        gone = carry(Carried(spots(), None), turning, lambda _: turning, GRID, dt, scheme, "M6'")
+        gone = carry(Carried(spots(), None), turning, lambda *_: turning, GRID, dt, scheme, "M6'")
         z = (x + 1j * y) * np.exp(1j * dt)
         exact = np.stack([z.real - x, z.imag - y])
         errors.append(np.abs(gone - exact)[:, inner].max())
@@ -59,7 +59,7 @@ def test_particles_in_rigid_rotation_turn_with_the_order_of_the_scheme(scheme):
 def test_every_stage_asks_for_the_velocity_of_the_particles_where_they_then_are():
     asked = []
 
-    def velocity_of(vorticity: np.ndarray) -> np.ndarray:
+    def velocity_of(vorticity: np.ndarray, part: float = 0.0) -> np.ndarray:
         asked.append(vorticity)
         return np.ones((2, *GRID.shape))
 
@@ -91,7 +91,7 @@ def test_precision_is_kept_and_threads_change_no_bit(dtype, threads):
     turning = np.stack([-y, x])
     gone = [
         carry(
-            Carried(spots(dtype), None), turning, lambda _: turning, GRID, np.float64(0.1),
+            Carried(spots(dtype), None), turning, lambda *_: turning, GRID, np.float64(0.1),
             SCHEMES["RK3"], "M6'", n,
         )
         for n in (1, threads)
