@@ -98,8 +98,8 @@ class Swimmer:
         """The anguilliform swimmer: Carling's wave, the outline of Kern and Koumoutsakos.
 
         ``more``: ``position``, ``heading``, ``motion``, ``samples``, ``section``, and ``start``,
-        ``ramp``, ``phase`` of the wave. At nu = 1.4e-4 L^2/T its published speed is about 0.54 L/T (Kern and
-        Koumoutsakos 2006, not read again).
+        ``ramp``, ``phase`` of the wave. At nu = 1.4e-4 L^2/T its published speed is about
+        0.54 L/T (Kern and Koumoutsakos 2006, not read again).
         """
         return _wave(cls, midlines.CARLING, Eel(), length, period, more)
 
@@ -117,7 +117,7 @@ class Swimmer:
 
     @classmethod
     def cstart(cls, *, length: float = 1.0, period: float = 1.0, **more: Any) -> Swimmer:
-        """A larva that escapes: bends into a C for 0.7 periods, then swims (Gazzola et al. 2012)."""
+        """A larva that escapes: bends into a C for 0.7 periods, then swims (Gazzola 2012)."""
         more.setdefault("outline", Larva())
         return cls(midline=midlines.CSTART, length=length, period=period, **more)
 
