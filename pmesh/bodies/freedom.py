@@ -34,18 +34,20 @@ def predicted(
 def _glided(before: Pose, pose: Pose, dt: float) -> Pose:
     """A pose dt later at constant acceleration, that of the step before."""
     past = pose.time - before.time
-    gain = 0.5 * dt**2 / past if past > 0 else 0.0
-
-    def on(place: tuple[float, ...], rate: tuple[float, ...], old: tuple[float, ...]) -> Values:
-        speed = np.asarray(rate)
-        return np.asarray(np.add(place, dt * speed) + gain * (speed - np.asarray(old)))
-
-    return replace(
-        pose,
+    share = dt / past if past > 0 else 0.0
+    speed, spin = np.asarray(pose.velocity), np.asarray(pose.spin)
+    gain, turn = share * (speed - before.velocity), share * (spin - before.spin)
+    return Pose(
         time=pose.time + dt,
-        center=tuple(float(x) for x in on(pose.center, pose.velocity, before.velocity)),
-        angle=tuple(float(x) for x in on(pose.angle, pose.spin, before.spin)),
+        center=_plain(pose.center + dt * (speed + 0.5 * gain)),
+        angle=_plain(pose.angle + dt * (spin + 0.5 * turn)),
+        velocity=_plain(speed + gain),
+        spin=_plain(spin + turn),
     )
+
+
+def _plain(values: Values) -> tuple[float, ...]:
+    return tuple(float(x) for x in values)
 
 
 def free_coordinates(bodies: Sequence[Body]) -> list[tuple[int, int]]:
@@ -76,15 +78,17 @@ def freedom_of(
         return None
     cell = mask.grid.cell_volume
     points = mask.grid.points()
-    modes, inertia, push = [], [], []
+    modes, inertia, push, likely = [], [], [], []
     for number, axis in wanted:
         body, own = bodies[number], mask.owner == number
         excess = excess_inertia(body, axis)
         modes.append(np.where(own, rigid_modes(points, after[number])[axis], 0.0))
         inertia.append(excess / cell)
-        speed = (*poses[number].velocity, *poses[number].spin)[axis] + mask.drift[number][axis]
+        drift = mask.drift[number][axis]
+        speed = (*poses[number].velocity, *poses[number].spin)[axis] + drift
         push.append((excess * speed + impulses[number, axis]) / cell)
-    return Freedom(np.stack(modes), np.asarray(inertia), np.asarray(push))
+        likely.append((*after[number].velocity, *after[number].spin)[axis] + drift)
+    return Freedom(np.stack(modes), np.array(inertia), np.array(push), np.array(likely))
 
 
 def excess_inertia(body: Body, axis: int) -> float:

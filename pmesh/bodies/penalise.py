@@ -81,6 +81,7 @@ class Freedom(NamedTuple):
     modes: Array  # velocity per unit of each coordinate, (m, ndim, *shape)
     inertia: Array  # (m,), over the cell volume
     push: Array  # (m,), over the cell volume
+    likely: Array  # (m,), values to begin from
 
 
 class Imposed(NamedTuple):
@@ -184,8 +185,9 @@ class _System:
     def begin(self, guess: Array | None, velocity: Array) -> Array:
         """The vector of a guessed impulse."""
         g = np.zeros_like(velocity) if guess is None else _divided(guess, self.root)
-        values = np.zeros(len(self.scale), velocity.dtype)
-        return np.concatenate([g.ravel().astype(velocity.dtype, copy=False), values])
+        return self.joined(
+            g.astype(velocity.dtype, copy=False), self.freedom.likely / self.scale**2
+        )
 
     def balanced(self, impulse: Array, values: Array) -> Array:
         """The impulse with the momenta that the coordinates ask for, to round-off."""
@@ -207,7 +209,7 @@ class _System:
 def _held(velocity: Array) -> Freedom:
     """No free coordinates."""
     nothing = np.zeros(0)
-    return Freedom(np.zeros((0, *velocity.shape)), nothing, nothing)
+    return Freedom(np.zeros((0, *velocity.shape)), nothing, nothing, nothing)
 
 
 def _divided(impulse: Array, root: Array) -> Array:
