@@ -44,6 +44,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.elliptic_vortex:EllipticVortexCase",
         "axisymmetrisation of an elliptical vortex, Koumoutsakos (1997)",
     ),
+    "swimmer": Entry(
+        "pmesh.cases.swimmer:SwimmerCase",
+        "free anguilliform swimmer: speed beside Kern & Koumoutsakos (2006), power, wake",
+    ),
 }
 
 
