@@ -235,12 +235,12 @@ def crowd(seed):
     return bodies
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_crowd_never_overlaps_and_gains_no_energy(seed):
     bodies = crowd(seed)
-    law = replace(VACUUM, restitution=(0.0, 0.5, 1.0, 0.8)[seed])
+    law = replace(VACUUM, restitution=(0.0, 0.5, 1.0)[seed])
     start = energy(bodies, [body.start() for body in bodies])
-    poses, least, told = fly(bodies, 70, law=law)
+    poses, least, told = fly(bodies, 30, dt=0.03, law=law)
     assert least > 0.98
     assert energy(bodies, poses) < start * 1.02
     assert all(max(map(abs, pose.center)) < 2.0 for pose in poses[:6])

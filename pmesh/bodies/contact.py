@@ -29,6 +29,7 @@ Values = NDArray[np.float64]
 CLOSE = 1e-3  # gaps are kept to this, in spacings
 ACTIVE = 0.02  # beyond the gap kept: what still touches, in spacings
 OPENING = 0.05  # a step, in spacings: how fast bodies that were too near part
+PART = 0.5  # of the law's gap: how far bodies go in a part of a step
 PARTS = 64  # of a step, at most
 ROUNDS = 40  # of projecting the places in one part
 
@@ -82,8 +83,8 @@ def resolve(
     and about each centre, per unit density of the fluid [L^3/T, L^4/T for the angle]; poses of
     bodies that touch nothing are the very ones given. Bodies that are not free, and what
     ``locked`` holds, have infinite mass: walls. Impulses on a pair are equal, opposite and on one
-    line. Bodies land on the law's gap, whatever their speed (a long step is cut into parts of a
-    spacing's way); two that begin nearer part by 0.05 spacings a step. A free body that walls
+    line. Bodies land on the law's gap, whatever their speed (a long step is cut into parts of half
+    that way); two that begin nearer part by 0.05 spacings a step. A free body that walls
     crush cannot be helped. Refuses bodies in space if one is free.
     """
     untouched = np.zeros((len(bodies), 3))
@@ -91,7 +92,7 @@ def resolve(
         return tuple(after), untouched
     if any(body.ndim != 2 for body in bodies):
         raise InputError("contact is between plane bodies", hint="bodies that are not free")
-    parts = _parts(bodies, before, after, law.reach * spacing, spacing)
+    parts = _parts(bodies, before, after, law, spacing)
     if parts == 0:
         return tuple(after), untouched
     inverse = np.array([_inverse_mass(body, law.added) for body in bodies])
@@ -109,10 +110,11 @@ def _parts(
     bodies: Sequence[Body],
     before: Sequence[Pose],
     after: Sequence[Pose],
-    reach: float,
+    law: ContactLaw,
     spacing: float,
 ) -> int:
     """How many parts a step needs, none where nothing comes near."""
+    reach = law.reach * spacing
     lows, highs, ways = [], [], []
     for body, one, two in zip(bodies, before, after, strict=True):
         here, there = np.array(body.bounds(one)), np.array(body.bounds(two))
@@ -128,7 +130,7 @@ def _parts(
                 meet = np.all(lows[i] <= highs[j] + reach) and np.all(lows[j] <= highs[i] + reach)
                 if i != j and meet:
                     longest = max(longest, ways[i], ways[j])
-    return 0 if longest < 0 else min(max(math.ceil(longest / spacing), 1), PARTS)
+    return 0 if longest < 0 else min(max(math.ceil(longest / (PART * law.gap * spacing)), 1), PARTS)
 
 
 def _inverse_mass(body: Body, added: float) -> tuple[float, float, float]:

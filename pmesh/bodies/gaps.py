@@ -6,7 +6,7 @@ import itertools
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,9 +22,8 @@ SAMPLES = 4  # of an edge, in a reach
 FINEST = 1024  # samples along the longest side of a body, at most
 MOST = 6  # places at which one pair is told to be near
 CORNERS = 1e-3  # slope below which a face is flat: its ends are told, not its middle
-WIDTHS = (1.0, 0.25, 0.0625)  # in samples, of the search for the nearest place
-BOUNCES = 2  # between both edges, after it
-NUDGE = 1e-3  # of a difference, in reaches
+WIDTHS = (1.0, 0.2, 0.04)  # in samples, of the search for the nearest place
+NUDGE = 1e-3  # of a difference, in samples
 
 
 @dataclass(frozen=True)
@@ -48,37 +47,36 @@ def contacts(bodies: Sequence[Body], poses: Sequence[Pose], reach: float) -> tup
     no two within a reach. Edges are sampled four times in a reach and the places then narrowed,
     so that the gap is exact where the distances are. Pairs whose boxes are apart cost nothing.
     """
-    free = np.array([isinstance(body.motion, Free) for body in bodies])
-    if not free.any():
+    free = [isinstance(body.motion, Free) for body in bodies]
+    if not any(free):
         return ()
-    boxes = [body.bounds(pose) for body, pose in zip(bodies, poses, strict=True)]
-    low, high = np.array([box[0] for box in boxes]), np.array([box[1] for box in boxes])
+    placed = [
+        _Placed(body, pose, *map(np.array, body.bounds(pose)))
+        for body, pose in zip(bodies, poses, strict=True)
+    ]
     found: list[Contact] = []
     for i, j in itertools.combinations(range(len(bodies)), 2):
-        if not (free[i] or free[j]):
-            continue
-        if np.any(low[i] > high[j] + reach) or np.any(low[j] > high[i] + reach):
-            continue
-        found += _pair(i, j, bodies, poses, reach)
+        one, other = placed[i], placed[j]
+        apart = np.any(one.low > other.high + reach) or np.any(other.low > one.high + reach)
+        if (free[i] or free[j]) and not apart:
+            found += _pair(one, other, (i, j), reach)
     return tuple(found)
 
 
-def _pair(
-    i: int, j: int, bodies: Sequence[Body], poses: Sequence[Pose], reach: float
-) -> list[Contact]:
+def _pair(one: _Placed, other: _Placed, numbers: tuple[int, int], reach: float) -> list[Contact]:
     """The nearest places of two bodies, from the edge of each against the distance of the other."""
     found = []
-    for a, b, sign in ((i, j, 1.0), (j, i, -1.0)):
-        edge, gaps, slope = _nearest((bodies[a], poses[a]), (bodies[b], poses[b]), reach)
+    for mine, yours, sign in ((one, other, 1.0), (other, one, -1.0)):
+        edge, gaps, slope = _nearest(mine, yours, reach)
         middle = edge - 0.5 * gaps * slope
-        for k in range(gaps.size):
+        for k in np.flatnonzero(gaps < reach):
             point = (float(middle[0, k]), float(middle[1, k]))
             normal = (float(sign * slope[0, k]), float(sign * slope[1, k]))
-            found.append(Contact(i, j, point, normal, float(gaps[k])))
+            found.append(Contact(*numbers, point, normal, float(gaps[k])))
     kept: list[Contact] = []
-    for one in sorted(found, key=lambda contact: contact.gap):
-        if len(kept) < MOST and not any(_same(one, other, reach) for other in kept):
-            kept.append(one)
+    for contact in sorted(found, key=lambda contact: contact.gap):
+        if len(kept) < MOST and not any(_same(contact, one, reach) for one in kept):
+            kept.append(contact)
     return kept
 
 
@@ -88,70 +86,79 @@ def _same(one: Contact, other: Contact, reach: float) -> bool:
     return bool(np.dot(arm, arm) < reach**2 and np.dot(one.normal, other.normal) > 0.5)
 
 
-def _nearest(
-    one: tuple[Body, Pose], other: tuple[Body, Pose], reach: float
-) -> tuple[Values, Values, Values]:
-    """Places (2, n) of one's edge nearest to the other, gaps (n), slopes of them (2, n)."""
-    (body, pose), (target, aim) = one, other
-    low, high = (np.array(corner)[:, None] for corner in target.bounds(aim))
-    starts, tangents = [], []
-    time = pose.time if body.deforming else 0.0
-    for ring in _rings(cast(Hashable, body), time, reach / SAMPLES):
-        points = np.asarray(pose.placed(ring), np.float64)
-        near = np.all((points > low - reach) & (points < high + reach), axis=0)
+class _Placed(NamedTuple):
+    """A body at a pose, in a box."""
+
+    body: Body
+    pose: Pose
+    low: Values
+    high: Values
+
+    def distance(self, points: Values) -> Values:
+        """Signed distance [L] at points (2, ...)."""
+        return np.asarray(self.body.distance(points, self.pose), np.float64)
+
+    def felt(self, points: Values, nudge: float) -> tuple[Values, Values]:
+        """Distance at points (2, ...) and its unit gradient, by central differences."""
+        shifts = nudge * np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]])
+        column = shifts.reshape(2, 5, *(1,) * (points.ndim - 1))
+        values = self.distance(points[:, None] + column)
+        slope = values[1::2] - values[2::2]
+        length = np.hypot(slope[0], slope[1])
+        return values[0], slope / np.where(length > 0, length, 1.0)
+
+    def landed(self, points: Values, nudge: float) -> Values:
+        """Points brought to the edge."""
+        away, slope = self.felt(points, nudge)
+        return points - away * slope
+
+
+def _nearest(mine: _Placed, yours: _Placed, reach: float) -> tuple[Values, Values, Values]:
+    """Places (2, n) of an edge nearest to another body, the gaps (n), and their slopes (2, n)."""
+    low, high = yours.low[:, None] - reach, yours.high[:, None] + reach
+    time = mine.pose.time if mine.body.deforming else 0.0
+    edges, tangents, starts = [np.empty((2, 0))], [np.empty((2, 0))], [np.empty(0)]
+    for ring in _rings(cast(Hashable, mine.body), time, reach / SAMPLES):
+        points = np.asarray(mine.pose.placed(ring), np.float64)
+        near = np.all((points > low) & (points < high), axis=0)
         if not near.any():
             continue
         gaps = np.full(points.shape[1], np.inf)
-        gaps[near] = target.distance(points[:, near], aim)
+        gaps[near] = yours.distance(points[:, near])
         rank = gaps - CORNERS * np.hypot(ring[0], ring[1])
         least = (rank <= np.roll(rank, 1)) & (rank <= np.roll(rank, -1))
-        picked = np.flatnonzero(least & (gaps < 2.0 * reach))
+        picked = np.flatnonzero(least & (gaps < (1.0 + 1.0 / SAMPLES) * reach))
         ahead = (picked + 1) % points.shape[1]
-        starts.append(points[:, picked])
+        edges.append(points[:, picked])
         tangents.append(0.5 * (points[:, ahead] - points[:, picked - 1]))
-    if not starts:
-        return np.empty((2, 0)), np.empty(0), np.empty((2, 0))
-    edge = _narrowed(np.concatenate(starts, axis=1), np.concatenate(tangents, axis=1), one, other)
-    gaps = np.asarray(target.distance(edge, aim), np.float64)
-    edge, gaps = edge[:, gaps < reach], gaps[gaps < reach]
-    return edge, gaps, _slopes(target, aim, edge, NUDGE * reach)
+        starts.append(gaps[picked])
+    edge, tangent = np.concatenate(edges, axis=1), np.concatenate(tangents, axis=1)
+    if not edge.size:
+        return edge, edge[0], edge
+    return _narrowed(mine, yours, edge, tangent, np.concatenate(starts))
 
 
 def _narrowed(
-    edge: Values, tangent: Values, one: tuple[Body, Pose], other: tuple[Body, Pose]
-) -> Values:
-    """Each place moved along its edge to where the gap is least, by ever narrower parabolas."""
-    (body, pose), (target, aim) = one, other
-    nudge = 1e-3 * float(np.abs(tangent).max(initial=1e-300))
-
-    def landed(points: Values) -> Values:
-        """Points brought to the edge."""
-        return points - body.distance(points, pose) * _slopes(body, pose, points, nudge)
-
+    mine: _Placed, yours: _Placed, edge: Values, tangent: Values, start: Values
+) -> tuple[Values, Values, Values]:
+    """Places moved along the edge to where the gap is least: by parabolas, then to and fro."""
+    nudge = NUDGE * float(np.hypot(tangent[0], tangent[1]).max())
     best = np.zeros(edge.shape[1])
     for width in WIDTHS:
         sides = width * np.array([[-1.0], [0.0], [1.0]])
-        gaps = target.distance(landed(edge[:, None] + tangent[:, None] * (best + sides)), aim)
+        gaps = yours.distance(mine.landed(edge[:, None] + tangent[:, None] * (best + sides), nudge))
         bend = gaps[0] - 2.0 * gaps[1] + gaps[2]
         curved = bend > 1e-6 * np.abs(gaps[0] - gaps[2])
         vertex = 0.5 * (gaps[0] - gaps[2]) / np.where(curved, bend, 1.0)
         lower = gaps.argmin(axis=0) - 1.0
         best = best + width * np.where(curved, np.clip(vertex, -1.0, 1.0), lower)
-    place = landed(edge + tangent * best)
-    for _ in range(BOUNCES):  # off the other edge and back: finds its corners
-        place = landed(place - target.distance(place, aim) * _slopes(target, aim, place, nudge))
-    better = target.distance(place, aim) < target.distance(edge, aim)
-    return np.asarray(np.where(better, place, edge))
-
-
-def _slopes(body: Body, pose: Pose, points: Values, nudge: float) -> Values:
-    """Unit gradients of the distance at points (2, ...), by central differences."""
-    shifts = nudge * np.eye(2).reshape(2, 2, *(1,) * (points.ndim - 1))
-    sides = np.stack([points + s for s in (*shifts, *-shifts)], axis=1)
-    values = np.asarray(body.distance(sides, pose), np.float64)
-    slope = values[:2] - values[2:]
-    length = np.hypot(slope[0], slope[1])
-    return np.asarray(slope / np.where(length > 0, length, 1.0))
+    place = mine.landed(edge + tangent * best, nudge)
+    place = mine.landed(yours.landed(place, nudge), nudge)  # finds the other edge's corners
+    gap, slope = yours.felt(place, nudge)
+    if np.any(gap > start):
+        place = np.where(gap > start, edge, place)
+        gap, slope = yours.felt(place, nudge)
+    return place, gap, slope
 
 
 @lru_cache(maxsize=128)
