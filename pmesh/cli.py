@@ -1,4 +1,4 @@
-"""The ``pmesh`` command: list the named cases, run one, go on with one."""
+"""The ``pmesh`` command: list the named cases, run one, go on with one, look at what it left."""
 
 from __future__ import annotations
 
@@ -147,6 +147,69 @@ def _start(
     )
     show(case.title, report.metrics, report.cost)
     click.echo(f"{folder}/: figure.png, fields.vtkhdf, series.csv, summary.json")
+
+
+@command.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--field", default="vorticity", metavar="NAME", help="which  [default: vorticity]")
+@click.option("--fps", default=12.0, metavar="N", help="snapshots a second  [default: 12]")
+@click.option("--format", "kind", default="gif", metavar="gif|mp4", help="[default: gif]")
+@click.option("--follow", is_flag=True, help="keep the bodies in the middle")
+@click.option("--limit", type=float, metavar="X", help="where colours saturate  [default: by run]")
+@click.option("--width", default=640, metavar="N", help="in pixels  [default: 640]")
+@click.option("--out", metavar="FILE", help="[default: DIR/movie.gif]")
+def movie(folder: str, out: str | None, **given: Any) -> None:
+    """Make a movie of a run from its snapshots."""
+    from pmesh.cases.movie import movie as make
+
+    click.echo(make(folder, out, **given))
+
+
+@command.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--time", type=float, metavar="T", help="of the points  [default: the last snapshot]")
+@click.option(
+    "--span", type=float, metavar="T", help="to look; < 0: back  [default: - a quarter of the run]"
+)
+@click.option("--nodes", default=300, metavar="N", help="along the longer side  [default: 300]")
+@click.option("--out", metavar="FILE", help="[default: DIR/ftle.png]")
+def ftle(folder: str, out: str | None, **given: Any) -> None:
+    """Draw a finite-time Lyapunov exponent: ridges that attract (span < 0) or repel."""
+    from pmesh.cases.structures import ftle_picture
+
+    click.echo(ftle_picture(folder, out, **given))
+
+
+@command.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--line", metavar="X,Y,X,Y", help="that dye leaves  [default: before the bodies]")
+@click.option("--sources", default=21, metavar="N", help="points on it  [default: 21]")
+@click.option("--releases", default=200, metavar="N", help="times  [default: 200]")
+@click.option(
+    "--start", type=float, metavar="T", help="of the dye  [default: a quarter of the run earlier]"
+)
+@click.option("--time", type=float, metavar="T", help="of the picture  [default: last snapshot]")
+@click.option("--out", metavar="FILE", help="[default: DIR/dye.png]")
+def dye(folder: str, out: str | None, line: str | None, **given: Any) -> None:
+    """Draw dye that leaves a line (streaklines) over the vorticity."""
+    from pmesh.cases.structures import dye_picture
+
+    try:
+        ends = None if line is None else [float(x) for x in line.replace(",", " ").split()]
+    except ValueError as error:
+        raise InputError(f"a line is x,y,x,y, got {line!r}", hint="--line=-2,-1,-2,1") from error
+    click.echo(dye_picture(folder, out, line=ends, **given))
+
+
+@command.command()
+@click.argument("folder", metavar="DIR")
+@click.option("--movie", default="gif", metavar="gif|mp4|none", help="[default: gif]")
+@click.option("--out", metavar="FILE", help="[default: DIR/report.html]")
+def report(folder: str, out: str | None, movie: Any) -> None:
+    """Write one HTML page about a run, with everything in it."""
+    from pmesh.cases.report import report as write
+
+    click.echo(write(folder, out, movie=movie))
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

@@ -16,6 +16,7 @@ from remesh.errors import InputError
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from pmesh.cases.reference import Curve
     from pmesh.run.protocols import Watcher
     from pmesh.run.series import Series
     from pmesh.run.snapshots import Snapshot
@@ -72,6 +73,10 @@ class Case(ABC):
         from pmesh.run.watchers import Forces, Ledger
 
         return [Forces(), Ledger()]
+
+    def published(self) -> Mapping[str, Curve]:
+        """Published histories, by the column of ``series.csv`` that they stand beside."""
+        return {}
 
     @classmethod
     def make(cls, values: Mapping[str, Any], *, quick: bool = False) -> Self:

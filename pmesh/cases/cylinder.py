@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from levelset.shapes import Disk
 from pmesh.cases.case import Case, Outcome
 from pmesh.cases.options import option
-from pmesh.cases.reference import KOUMOUTSAKOS_LEONARD, cylinder_drag, cylinder_reynolds
+from pmesh.cases.reference import KOUMOUTSAKOS_LEONARD, Curve, cylinder_drag, cylinder_reynolds
 from pmesh.cases.short_time_drag import linear_drag, short_time_drag
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
 from pmesh.cases.wake import draw_vorticity
@@ -116,6 +116,11 @@ class Cylinder(Case):
         from pmesh.run.snapshots import Snapshots
 
         return [*super().watchers(), Snapshots(self.every, dtype="float32")]
+
+    def published(self) -> Mapping[str, Curve]:
+        """The drag, at the Reynolds numbers at which there is one."""
+        known = self.reynolds in cylinder_reynolds()
+        return {"body0_force_x": cylinder_drag(self.reynolds)} if known else {}
 
     def drag(self, outcome: Outcome) -> Drag:
         """Drag coefficients of a run, force over rho U^2 R."""

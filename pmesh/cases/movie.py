@@ -70,14 +70,17 @@ def movie(
             f"fps must be above 0 and at most 100, width from 64 to 4096, got {fps:g} and {width}",
             hint="--fps 12 --width 640",
         )
-    program = ffmpeg() if kind == "mp4" else ""
+    if kind == "mp4":
+        ffmpeg()
     path = Path(folder) / f"movie.{kind}" if out is None else Path(out)
     frames = film(snapshots(folder, field), field, follow=follow, limit=limit, width=width)
-    if kind == "gif":
-        write_atomic(path, _gif(frames, fps))
-    else:
-        write_atomic(path, _mp4(frames, fps, program))
+    write_atomic(path, written(frames, kind, fps))
     return path
+
+
+def written(frames: Frames, kind: Kind, fps: float) -> bytes:
+    """The content of a movie file."""
+    return _gif(frames, fps) if kind == "gif" else _mp4(frames, fps, ffmpeg())
 
 
 @dataclass(frozen=True, kw_only=True)

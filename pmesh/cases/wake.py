@@ -92,16 +92,17 @@ def depth(chi: NDArray[Any]) -> Values:
 def colour_limit(shots: Sequence[Shot], name: str = "vorticity") -> float:
     """The value at which colours saturate, one for all: two digits, so that a bar reads well.
 
-    Outside bodies three tenths of what counts, more than a hundredth of the largest, are beyond it
-    in the median snapshot: the layers at walls, so that the wake shows.
+    Of what counts, more than a hundredth of the largest, a seventh is beyond it in the median
+    snapshot with bodies, the layers at their walls, so that the wake shows; without, nearly none.
     """
     limits = []
     for shot in shots:
         size, chi = np.abs(plane(shot, name)), indicator(shot)
+        share = 0.995 if chi is None else 0.85
         size = size if chi is None else size[depth(chi) < WALL]
         live = size[size > 0.01 * size.max(initial=0.0)]
         if live.size:
-            limits.append(float(np.quantile(live, 0.7)))
+            limits.append(float(np.quantile(live, share)))
     top = float(np.median(limits)) if limits else 1.0
     return float(f"{top:.1e}")
 

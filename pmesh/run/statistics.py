@@ -28,8 +28,9 @@ class Estimate(NamedTuple):
         if not (math.isfinite(self.uncertainty) and self.uncertainty > 0):
             return f"{self.value:.5g}"
         digits = max(0, 1 - math.floor(math.log10(self.uncertainty)))
-        if digits > 8 or abs(self.value) >= 1e6:
-            return f"{self.value:.6g} ± {self.uncertainty:.1g}"
+        if digits > 6 or abs(self.value) >= 1e6:
+            small = abs(self.value) < 10 * self.uncertainty
+            return f"{self.value:.{2 if small else 6}g} ± {self.uncertainty:.1g}"
         return f"{self.value:.{digits}f} ± {self.uncertainty:.{digits}f}"
 
 
