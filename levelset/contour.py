@@ -41,6 +41,15 @@ def contour(shape: Shape, *, cells: int = 256) -> list[Values]:
     return closed
 
 
+def even(line: Values, step: float) -> Values:
+    """A closed line (n, 2) with its points spread evenly, about ``step`` [L] apart."""
+    ring = np.concatenate([line, line[:1]]).astype(np.float64)
+    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))])
+    count = max(round(arc[-1] / step), 8)
+    places = arc[-1] * np.arange(count) / count
+    return np.stack([np.interp(places, arc, part) for part in ring.T], axis=1)
+
+
 def _oriented(ring: Values, shape: Shape) -> Values:
     """The ring with the inside on its left."""
     here, there = ring, np.roll(ring, -1, axis=0)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from stokes_flows import Shaking, Twisting
 
-from levelset.contour import contour
+from levelset.contour import contour, even
 from levelset.shapes import Disk, Ellipse
 from pmesh.bodies.control_volume import box_of, momentum_balance
-from pmesh.bodies.traction import Traction, even, traction
+from pmesh.bodies.traction import Traction, traction
 from remesh.errors import InputError
 from remesh.grid import Grid
 

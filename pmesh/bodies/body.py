@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.contour import contour, even
 from levelset.measure import Measure, measure
 from levelset.shape import Shape, seen_from
 from pmesh.bodies.motion import Fixed, Free, Motion, Prescribed
@@ -16,6 +18,7 @@ from pmesh.bodies.pose import Pose, still
 from remesh.errors import InputError
 
 Array = NDArray[np.floating[Any]]
+CELLS = 256  # of the mesh from which an outline is drawn, at least
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 
 
@@ -70,6 +73,12 @@ class Body(Protocol):
 
     def divergence(self, points: Array, pose: Pose) -> Array | None:
         """Divergence [1/T] of that velocity inside the body; None if it is solenoidal."""
+
+    def outlines(self, pose: Pose, step: float) -> list[Array]:
+        """Closed lines (n, 2) around a plane body, anticlockwise, points about ``step`` [L] apart.
+
+        The same points of matter at every pose.
+        """
 
 
 @dataclass(frozen=True)
@@ -144,6 +153,11 @@ class RigidBody:
         """None: it is rigid."""
         return None
 
+    def outlines(self, pose: Pose, step: float) -> list[Array]:
+        """Closed lines (n, 2) around a plane shape, anticlockwise, points ``step`` [L] apart."""
+        center = np.reshape(pose.center, (-1, 1))
+        return [(center + pose.turned(line.T)).T for line in _rings(self.shape, step)]
+
     def _placed(self, pose: Pose) -> Shape:
         center = self.measure.center
         if pose.center == center and not any(pose.angle):
@@ -151,6 +165,14 @@ class RigidBody:
         if not any(pose.angle):
             return self.shape.moved([a - b for a, b in zip(pose.center, center, strict=True)])
         return self.shape.moved([-c for c in center]).moved(pose.center, pose.angle)
+
+
+@lru_cache(maxsize=64)
+def _rings(shape: Shape, step: float) -> tuple[Array, ...]:
+    """Outlines of a shape seen from its centre."""
+    low, high = shape.bounds()
+    cells = max(CELLS, math.ceil(max(np.subtract(high, low)) / step))
+    return tuple(even(line - measure(shape).center, step) for line in contour(shape, cells=cells))
 
 
 def check_motion(motion: object) -> None:

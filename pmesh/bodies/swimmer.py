@@ -175,6 +175,10 @@ class Swimmer:
         """The contour (n, 2) [L], closed, anticlockwise from the nose; not to be written to."""
         return _placed(self, pose).ring
 
+    def outlines(self, pose: Pose, step: float) -> list[Array]:
+        """The outline as the one closed line; its points are those of ``samples``."""
+        return [self.outline_points(pose)]
+
     def midline_points(self, pose: Pose) -> Values:
         """The midline (m, 2) [L] from head to tail; not to be written to."""
         return _placed(self, pose).line

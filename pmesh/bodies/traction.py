@@ -142,15 +142,6 @@ def traction(
     )
 
 
-def even(line: Array, step: float) -> Values:
-    """A closed line (n, 2) with its points spread evenly, about ``step`` [L] apart."""
-    ring = np.concatenate([line, line[:1]]).astype(np.float64)
-    arc = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ring, axis=0).T))])
-    count = max(round(arc[-1] / step), 8)
-    places = arc[-1] * np.arange(count) / count
-    return np.stack([np.interp(places, arc, part) for part in ring.T], axis=1)
-
-
 def _wall_slope(lines: Sequence[_Line]) -> Values:
     """Slope at the wall, per spacing, of the cubic from zero that fits values and slopes best."""
     powers = np.arange(1, 4)

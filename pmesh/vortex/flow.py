@@ -24,6 +24,7 @@ from pmesh.vortex.loads import inertia_force
 from pmesh.vortex.outer import Outer, swelling_flow
 from pmesh.vortex.passage import Passage
 from pmesh.vortex.recipe import checked_vorticity, validate
+from pmesh.vortex.routes import route_names, routes
 from pmesh.vortex.schemes import SCHEMES, Carried, carry, on_mesh
 from pmesh.vortex.solvers import solver_for
 from pmesh.vortex.state import Load, State
@@ -184,6 +185,15 @@ class VortexFlow:
         held = state.constraint
         columns |= {"slip": held.slip, "slip_max": held.slip_max, "slip_residual": held.residual}
         return columns | {"slip_iterations": float(held.iterations)}
+
+    def routes(self, before: State, after: State) -> Mapping[str, float]:
+        """Forces and torques over the step between two states by two more routes: see `routes`."""
+        return routes(self, before, after)
+
+    @property
+    def route_names(self) -> list[str]:
+        """The columns of ``routes``."""
+        return route_names(len(self.bodies))
 
     def fields(self, state: State) -> Mapping[str, Array]:
         """Vorticity and velocity on the nodes; with bodies their indicator too."""
