@@ -44,6 +44,18 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.elliptic_vortex:EllipticVortexCase",
         "axisymmetrisation of an elliptical vortex, Koumoutsakos (1997)",
     ),
+    "moving-cylinder": Entry(
+        "pmesh.cases.moving_cylinder:MovingCylinder",
+        "a cylinder towed in still fluid beside the same one in a free stream",
+    ),
+    "oscillating-cylinder": Entry(
+        "pmesh.cases.oscillating_cylinder:OscillatingCylinder",
+        "a cylinder that oscillates in fluid at rest, beside Dütsch et al. (1998)",
+    ),
+    "falling-disk": Entry(
+        "pmesh.cases.falling_disk:FallingDisk",
+        "a disk that falls or rises freely: added mass at once, terminal speed in the end",
+    ),
     "swimmer": Entry(
         "pmesh.cases.swimmer:SwimmerCase",
         "free anguilliform swimmer: speed beside Kern & Koumoutsakos (2006), power, wake",
