@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from levelset.shapes import Box, Disk
+from levelset.shapes import Disk
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.mask import Mask, box_around, mask_of
 from pmesh.bodies.penalise import Freedom, Imposed, Penalisation, penalise
@@ -158,41 +158,6 @@ def test_both_precisions_hold_the_same_body(dtype):
     assert done.impulse.dtype == dtype
     assert done.slip.dtype == dtype
     np.testing.assert_allclose(done.impulse, held(tolerance=1e-5)[1].impulse, atol=2e-3)
-
-
-def test_the_box_lies_on_the_lattice_and_holds_the_bodies():
-    grid = Grid((64, 64), 0.1, (-3.17, -2.93))
-    bodies = (RigidBody(Disk(radius=0.5, center=(1, 1))), RigidBody(Box(size=(0.4, 0.6))))
-    box = box_around(bodies, tuple(body.start() for body in bodies), grid, 0.15)
-    steps = (np.array(box.origin) - grid.origin) / 0.1
-    np.testing.assert_allclose(steps, np.round(steps), atol=1e-9)
-    for axis, values in enumerate(box.axes()):
-        assert values[0] < (-0.2, -0.3)[axis] - 0.15 - 3 * 0.1
-        assert values[-1] > 1.5 + 0.15 + 3 * 0.1
-
-
-def test_the_box_takes_a_periodic_axis_whole():
-    grid = Grid((32, 64), 0.1, (0.0, -3.2), ("periodic", "unbounded"))
-    body = RigidBody(Disk(radius=0.5, center=(1.6, 0.0)))
-    box = box_around((body,), (body.start(),), grid, 0.15)
-    assert (box.shape[0], box.origin[0], box.boundary) == (32, 0.0, grid.boundary)
-    assert box.shape[1] < 64
-
-
-def test_every_node_belongs_to_its_nearest_body():
-    left = RigidBody(Disk(radius=0.6, center=(-1.5, 0.0)))
-    right = RigidBody(Disk(radius=0.6, center=(1.5, 0.0)))
-    both = mask(left, right, grid=GRID)
-    x, _ = GRID.points()
-    np.testing.assert_array_equal(both.owner[x < 0], 0)
-    np.testing.assert_array_equal(both.owner[x > 0], 1)
-    alone = mask(left, grid=GRID).chi + mask(right, grid=GRID).chi
-    np.testing.assert_allclose(both.chi, alone, atol=1e-15)
-
-
-def test_bodies_that_overlap_are_one():
-    disk, same = mask(grid=GRID), mask(DISK, DISK, grid=GRID)
-    np.testing.assert_array_equal(disk.chi, same.chi)
 
 
 @pytest.mark.parametrize("name", ["strength", "width", "tolerance", "iterations"])
