@@ -1,0 +1,138 @@
+"""Bodies that follow the fluid: where they are foreseen, what they weigh, what else pushes them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from levelset.shapes import Box, Disk
+from pmesh.bodies.body import RigidBody
+from pmesh.bodies.freedom import (
+    arrived,
+    excess_inertia,
+    free_coordinates,
+    freedom_of,
+    outer_impulses,
+    predicted,
+)
+from pmesh.bodies.mask import mask_of
+from pmesh.bodies.motion import Fixed, Free, Prescribed, Spring
+from pmesh.bodies.pose import Pose
+from remesh.grid import Grid
+
+DISK = Disk(0.5)
+AREA, INERTIA = math.pi / 4, math.pi / 32
+
+
+def free(**options):
+    return RigidBody(DISK, motion=Free(**options))
+
+
+def pose(time=0.0, center=(0.0, 0.0), angle=0.0, velocity=(0.0, 0.0), spin=0.0):
+    return Pose(time=time, center=center, angle=(angle,), velocity=velocity, spin=(spin,))
+
+
+def mask(bodies, poses):
+    grid = Grid((64, 64), 1 / 24, (-31.5 / 24,) * 2)
+    return mask_of(tuple(bodies), tuple(poses), grid, 1.5 / 24, 0.0)
+
+
+def test_a_free_body_is_foreseen_exactly_at_constant_acceleration_whatever_the_steps():
+    """x = x0 + v t + a t^2 / 2: Adams-Bashforth of order 2 with steps of unlike length."""
+
+    def at(t):
+        return pose(t, (1 + 2 * t - 1.5 * t**2, 3 * t**2), 0.1 + t**2, (2 - 3 * t, 6 * t), 2 * t)
+
+    (found,) = predicted([free()], [at(0.2)], [at(0.5)], 0.8)
+    ours = (found.time, *found.center, *found.angle)
+    exact = at(1.3)
+    assert ours == pytest.approx((exact.time, *exact.center, *exact.angle), rel=1e-14)
+
+
+def test_without_an_earlier_pose_a_free_body_goes_on_straight():
+    (found,) = predicted([free()], [], [pose(1.0, (1.0, 2.0), 0.3, (0.5, -1.0), 2.0)], 0.1)
+    assert (*found.center, *found.angle) == pytest.approx((1.05, 1.9, 0.5))
+    assert (found.velocity, found.spin) == ((0.5, -1.0), (2.0,))
+
+
+def test_laws_of_time_are_followed_exactly_and_what_is_fixed_stays():
+    law = Prescribed(shift=lambda t: (math.sin(t), t**3), angle=lambda t: t)
+    bodies = [RigidBody(DISK, motion=law), RigidBody(DISK, motion=Fixed())]
+    led, still = predicted(bodies, [], [body.start() for body in bodies], 0.7)
+    assert led.center == pytest.approx((math.sin(0.7), 0.343))
+    assert led.angle == pytest.approx((0.7,))
+    assert (still.center, still.time) == (bodies[1].start().center, 0.7)
+
+
+def test_free_coordinates_are_those_of_free_bodies_that_are_not_locked():
+    bodies = [RigidBody(DISK), free(locked=("x", "angle")), free()]
+    assert free_coordinates(bodies) == [(1, 1), (2, 0), (2, 1), (2, 2)]
+
+
+@pytest.mark.parametrize("density", [0.1, 1.0, 3.0])
+def test_the_inertia_that_counts_is_that_of_the_body_less_the_fluids(density):
+    body = free(density=density)
+    assert excess_inertia(body, 0) == pytest.approx((density - 1) * AREA, rel=1e-12)
+    assert excess_inertia(body, 2) == pytest.approx((density - 1) * INERTIA, rel=1e-12)
+
+
+def test_gravity_acts_on_the_difference_of_the_densities_alone():
+    bodies = [free(density=d, gravity=(0.0, -2.0)) for d in (0.5, 1.0, 3.0)]
+    bodies.append(RigidBody(DISK))
+    poses = [body.start() for body in bodies]
+    found = outer_impulses(bodies, poses, poses, 0.25)
+    expected = [[0, 0.25 * AREA, 0], [0, 0, 0], [0, -AREA, 0], [0, 0, 0]]
+    np.testing.assert_allclose(found, expected, atol=1e-15)
+
+
+def test_springs_pull_to_where_the_body_was_placed_from_the_middle_of_the_step():
+    spring = Spring(stiffness=(2.0, 3.0), damping=(0.5, 0.0), torsion=4.0, twist_damping=1.0)
+    body = free(spring=spring)
+    old = pose(0.0, (0.1, 0.0), 0.2, (1.0, 1.0), 0.5)
+    new = pose(0.1, (0.3, 0.2), 0.4, (9.0, 9.0), 9.0)
+    (found,) = outer_impulses([body], [old], [new], 0.1)
+    np.testing.assert_allclose(
+        found, [-0.1 * (2 * 0.2 + 0.5 * 1.0), -0.1 * 3 * 0.1, -0.1 * (4 * 0.3 + 1.0 * 0.5)]
+    )
+
+
+def test_bodies_that_follow_nothing_have_no_freedom():
+    bodies = [RigidBody(DISK)]
+    poses = [bodies[0].start()]
+    assert freedom_of(bodies, poses, poses, mask(bodies, poses), np.zeros((1, 3))) is None
+
+
+def test_the_modes_are_unit_motions_on_the_bodys_own_nodes():
+    bodies = [free(density=2.0), RigidBody(Box((0.3, 0.3)).moved((1.0, 0.0)))]
+    poses = [body.start() for body in bodies]
+    seen = mask(bodies, poses)
+    found = freedom_of(bodies, poses, poses, seen, np.zeros((2, 3)))
+    own, (x, y) = seen.owner == 0, seen.grid.points()
+    assert found.modes.shape == (3, 2, *seen.grid.shape)
+    np.testing.assert_array_equal(found.modes[0], np.stack([own, 0 * own]))
+    np.testing.assert_array_equal(found.modes[1], np.stack([0 * own, own]))
+    np.testing.assert_allclose(found.modes[2], np.stack([-y, x]) * own, atol=1e-15)
+    expected = np.array([AREA, AREA, INERTIA]) / seen.grid.cell_volume
+    np.testing.assert_allclose(found.inertia, expected, rtol=1e-12)
+
+
+def test_the_push_is_the_momentum_at_the_start_and_what_is_given():
+    body = free(density=3.0)
+    start = pose(0.0, (0.0, 0.0), 0.0, (0.5, -1.0), 2.0)
+    given = np.array([[0.1, 0.2, 0.3]])
+    seen = mask([body], [start])
+    found = freedom_of([body], [start], [start], seen, given)
+    momentum = np.array([2 * AREA * 0.5, -2 * AREA, 2 * INERTIA * 2.0])
+    np.testing.assert_allclose(found.push * seen.grid.cell_volume, momentum + given[0], rtol=1e-12)
+
+
+def test_found_velocities_reach_free_coordinates_and_locked_ones_are_at_rest():
+    bodies = [free(locked=("y",)), RigidBody(DISK.moved((3.0, 0.0)))]
+    poses = [pose(0.1, velocity=(7.0, 7.0), spin=7.0), bodies[1].start()]
+    seen = mask(bodies, poses)
+    moved, still = arrived(bodies, poses, seen, (1.5, -0.5))
+    assert (moved.velocity, moved.spin) == ((1.5, 0.0), (-0.5,))
+    assert (still.velocity, still.spin) == ((0.0, 0.0), (0.0,))
+    assert moved.center == poses[0].center
