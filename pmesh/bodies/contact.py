@@ -72,20 +72,20 @@ def resolve(
     bodies: Sequence[Body],
     before: Sequence[Pose],
     after: Sequence[Pose],
-    dt: float,
     law: ContactLaw,
     spacing: float,
 ) -> tuple[tuple[Pose, ...], Values]:
     """The poses at the end of a step such that free bodies keep their gaps, and the impulses.
 
-    ``before``, ``after``: poses at the start, and foreseen at the end, dt [T] later. Returns the
+    ``before``, ``after``: poses at the start, and foreseen at the end of the step. Returns the
     poses, places, velocities and spins changed where bodies touch, and impulses (n, 3) along x, y
     and about each centre, per unit density of the fluid [L^3/T, L^4/T for the angle]; poses of
     bodies that touch nothing are the very ones given. Bodies that are not free, and what
     ``locked`` holds, have infinite mass: walls. Impulses on a pair are equal, opposite and on one
     line. Bodies land on the law's gap, whatever their speed (a long step is cut into parts of half
-    that way); two that begin nearer part by 0.05 spacings a step. A free body that walls
-    crush cannot be helped. Refuses bodies in space if one is free.
+    that way); two that begin nearer part by 0.05 spacings a step. What rests keeps the speed that
+    forces not yet in ``after`` give it in a step: the next impulse takes it away. A free body that
+    walls crush cannot be helped. Refuses bodies in space if one is free.
     """
     untouched = np.zeros((len(bodies), 3))
     if not any(isinstance(body.motion, Free) for body in bodies):
@@ -101,9 +101,16 @@ def resolve(
     for part in range(1, parts + 1):
         way = [_between(a, b, part / parts) for a, b in zip(before, after, strict=True)]
         moved, touched = _apart(bodies, way, offset, inverse, kept, law, spacing)
-    impulses = _impulses(bodies, before, moved, touched, inverse, kept, law, spacing)
-    change = inverse * impulses
-    return tuple(map(_pushed, moved, change)), impulses
+    limits = _limits(touched, kept, law, spacing) + ACTIVE * spacing
+    touching = [c for c, limit in zip(touched, limits, strict=True) if c.gap < limit]
+    if not touching:
+        return tuple(moved), untouched
+    rows = _rows(touching, moved)
+    approach = np.array([-_parting(c, bodies, before) for c in touching])
+    parting = np.array([_parting(c, bodies, moved) for c in touching])
+    wanted = law.restitution * np.maximum(approach, 0.0) - parting
+    impulses = _along(rows, _pressed(rows, inverse, wanted))
+    return tuple(map(_pushed, moved, inverse * impulses)), impulses
 
 
 def _parts(
@@ -179,11 +186,11 @@ def _apart(
     spacing: float,
 ) -> tuple[list[Pose], tuple[Contact, ...]]:
     """The poses, moved the least (in the metric of mass) that keeps the gaps; fills ``offset``."""
-    reach, least = law.reach * spacing, law.gap * spacing
+    reach = law.reach * spacing
     for _ in range(ROUNDS):
         moved = [_shifted(pose, move) for pose, move in zip(poses, offset, strict=True)]
         found = contacts(bodies, moved, reach)
-        lack = np.array([kept.get((c.first, c.second), least) - c.gap for c in found])
+        lack = _limits(found, kept, law, spacing) - np.array([c.gap for c in found])
         if not np.any(lack > CLOSE * spacing):
             break
         rows = _rows(found, moved)
@@ -191,26 +198,11 @@ def _apart(
     return moved, found
 
 
-def _impulses(
-    bodies: Sequence[Body],
-    before: Sequence[Pose],
-    after: Sequence[Pose],
-    found: Sequence[Contact],
-    inverse: Values,
-    kept: dict[tuple[int, int], float],
-    law: ContactLaw,
-    spacing: float,
+def _limits(
+    found: Sequence[Contact], kept: dict[tuple[int, int], float], law: ContactLaw, spacing: float
 ) -> Values:
-    """Impulses (n, 3) after which what touches parts as the law of restitution says."""
-    least, slack = law.gap * spacing, ACTIVE * spacing
-    touching = [c for c in found if c.gap < kept.get((c.first, c.second), least) + slack]
-    if not touching:
-        return np.zeros_like(inverse)
-    rows = _rows(touching, after)
-    approach = np.array([-_parting(c, bodies, before) for c in touching])
-    parting = np.array([_parting(c, bodies, after) for c in touching])
-    wanted = law.restitution * np.maximum(approach, 0.0) - parting
-    return _along(rows, _pressed(rows, inverse, wanted))
+    """The gap [L] that each contact keeps."""
+    return np.array([kept.get((c.first, c.second), law.gap * spacing) for c in found])
 
 
 def _rows(found: Sequence[Contact], poses: Sequence[Pose]) -> Values:

@@ -45,7 +45,7 @@ class Passage:
         assert state.constraint is not None  # there are bodies
         bodies, poses = wall.bodies, state.poses
         foreseen = predicted(bodies, state.earlier, poses, dt)
-        after, hits = resolve(bodies, poses, foreseen, dt, contact, wall.grid.spacing)
+        after, hits = resolve(bodies, poses, foreseen, contact, wall.grid.spacing)
         return cls(
             before=wall,
             after=wall.at(after),
