@@ -226,3 +226,40 @@ def test_ctrl_c_leaves_a_checkpoint_to_go_on_from(tmp_path: Path, ending: signal
     assert "--resume" in err
     assert "Traceback" not in err
     assert (out / "checkpoint.h5").exists()
+
+
+def test_what_a_run_left_can_be_looked_at(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from made_run import make
+
+    folder = str(make(tmp_path / "run"))
+    for words, name in (
+        (["movie", folder, "--width", "100", "--fps", "5"], "movie.gif"),
+        (["ftle", folder, "--nodes", "16", "--span=-0.5"], "ftle.png"),
+        (["dye", folder, "--line=-1,-1,-1,1", "--sources", "3", "--releases", "3"], "dye.png"),
+        (["report", folder, "--movie", "none"], "report.html"),
+    ):
+        status, out, err = pmesh(*words, capsys=capsys)
+        assert (status, out.strip(), err) == (0, f"{folder}/{name}", "")
+        assert Path(folder, name).stat().st_size > 1000
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["movie", "nowhere"],
+        ["movie", "nowhere", "--format", "avi"],
+        ["ftle", "nowhere"],
+        ["dye", "nowhere", "--line", "here"],
+        ["report", "nowhere"],
+        ["report"],
+    ],
+)
+def test_what_cannot_be_looked_at_is_refused_with_advice(
+    words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, out, err = pmesh(*words, capsys=capsys)
+    assert (status, out) == (2, "")
+    assert err.startswith("InputError: ")
+    assert "try: " in err

@@ -176,3 +176,5 @@ def test_an_estimate_shows_the_digits_that_its_uncertainty_leaves() -> None:
     assert str(Estimate(1.33852, 0.0021)) == "1.3385 ± 0.0021"
     assert str(Estimate(1.33852, math.nan)) == "1.3385"
     assert str(Estimate(12345.6, 30.0)) == "12346 ± 30"
+    assert str(Estimate(-1e-5, 0.017)) == "0.000 ± 0.017"
+    assert str(Estimate(5.4e-8, 1.2e-6)) == "5.4e-08 ± 1e-06"

@@ -140,7 +140,7 @@ def _limits(series: Series, names: list[str], curves: list[Curve]) -> tuple[floa
     low, high = (float(x) for x in np.quantile(ours, [0.01, 0.99]))
     end = float(series["time"][-1])
     for curve in curves:
-        shown = curve.value[(curve.time > 0.05 * end) & (curve.time < end)]
+        shown = curve.value[(curve.time >= 0.05 * end) & (curve.time < end)]
         low, high = min(low, *shown, high), max(high, *shown, low)
     low = 0.0 if 0 < low < 0.6 * high else low
     high = 0.0 if 0 > high > 0.6 * low else high

@@ -31,7 +31,7 @@ class Estimate(NamedTuple):
         if digits > 6 or abs(self.value) >= 1e6:
             small = abs(self.value) < 10 * self.uncertainty
             return f"{self.value:.{2 if small else 6}g} ± {self.uncertainty:.1g}"
-        return f"{self.value:.{digits}f} ± {self.uncertainty:.{digits}f}"
+        return f"{round(self.value, digits) + 0.0:.{digits}f} ± {self.uncertainty:.{digits}f}"
 
 
 @dataclass(frozen=True)
