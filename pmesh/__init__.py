@@ -8,11 +8,13 @@ from remesh.lazy import lazy_names
 
 if TYPE_CHECKING:
     from pmesh.bodies.body import RigidBody as RigidBody
+    from pmesh.bodies.contact import ContactLaw as ContactLaw
     from pmesh.bodies.motion import Fixed as Fixed
     from pmesh.bodies.motion import Free as Free
     from pmesh.bodies.motion import Prescribed as Prescribed
     from pmesh.bodies.motion import Spring as Spring
     from pmesh.bodies.penalise import Penalisation as Penalisation
+    from pmesh.bodies.swimmer import Swimmer as Swimmer
     from pmesh.run.loop import run as run
     from pmesh.run.progress import Progress as Progress
     from pmesh.run.snapshots import Snapshots as Snapshots
@@ -33,6 +35,7 @@ else:
 
 __all__ = [
     "BlowUpError",
+    "ContactLaw",
     "Fixed",
     "Forces",
     "Free",
@@ -48,6 +51,7 @@ __all__ = [
     "Spring",
     "State",
     "StorageError",
+    "Swimmer",
     "VortexFlow",
     "Window",
     "poisson",
@@ -62,6 +66,8 @@ _HOME = {
     "Spring": "pmesh.bodies.motion",
     "Window": "pmesh.vortex.window",
     "RigidBody": "pmesh.bodies.body",
+    "ContactLaw": "pmesh.bodies.contact",
+    "Swimmer": "pmesh.bodies.swimmer",
     "Penalisation": "pmesh.bodies.penalise",
     "Progress": "pmesh.run.progress",
     "Snapshots": "pmesh.run.snapshots",

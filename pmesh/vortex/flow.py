@@ -252,7 +252,7 @@ class VortexFlow:
             vorticity += held.created
             after = replace(
                 after, constraint=held.constraint, loads=held.loads, poses=held.poses,
-                earlier=state.poses,
+                earlier=held.earlier,
             )  # fmt: skip
         lost = float(dropped - gone) + ledger.cut(mesh, vorticity, grid)
         after = replace(after, lost_circulation=state.lost_circulation + lost)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ class Held(NamedTuple):
     constraint: Constraint
     loads: tuple[Load, ...]
     poses: tuple[Pose, ...]
+    earlier: tuple[Pose, ...]  # to foresee the next from; a body that was hit has no acceleration
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,6 +39,7 @@ class Passage:
     last: Constraint
     given: Array | None  # impulse density of the first half, on the near box of ``before`` [L/T]
     push: Values  # outer impulse on each body, (bodies, 3)
+    hit: tuple[bool, ...]  # which bodies another one pushed
 
     @classmethod
     def planned(cls, state: State, wall: Wall, contact: ContactLaw, dt: float) -> Passage:
@@ -53,6 +55,7 @@ class Passage:
             last=state.constraint,
             given=0.5 * dt * state.constraint.force if state.step > 0 else None,
             push=outer_impulses(bodies, poses, after, dt) + hits,
+            hit=tuple(bool(row.any()) for row in hits),
         )
 
     @property
@@ -85,6 +88,10 @@ class Passage:
             constraint=after.held(imposed, force, change),
             loads=loads_of(bodies, before.poses, poses, sums, worked, gained, self.dt),
             poses=poses,
+            earlier=tuple(
+                replace(old, velocity=new.velocity, spin=new.spin) if hit else old
+                for old, new, hit in zip(before.poses, poses, self.hit, strict=True)
+            ),
         )
 
     def _means(self, impulse: Array, carried: Array | None) -> tuple[Array, Array]:
