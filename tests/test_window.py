@@ -88,6 +88,39 @@ def test_the_deficit_follows_the_momentum_that_leaves():
     assert silent.remembered(0.0, -q * wind, (DISK,), wind, 0.01) == 0.0
 
 
+def test_the_eddies_beyond_are_a_vortex_at_the_downwind_end():
+    """Its circulation is what left, anticlockwise if positive; at the body it is a gust."""
+    wind, gone = np.array([2.0, 0.0]), 0.7
+    place, radius, total = np.array([5.5, 0.0]), 300.0, 0.0
+    for a in 2 * np.pi * np.arange(400) / 400:
+        way = np.array([math.cos(a), math.sin(a)])
+        grid = Grid((4, 4), 1e-6, tuple(place + radius * way))
+        u = WINDOW.beyond(grid, (DISK,), (POSE,), 0.0, wind, gone)[:, 0, 0]
+        total += float(u @ [-way[1], way[0]]) * 2 * np.pi * radius / 400
+    assert total == pytest.approx(gone, rel=1e-3)
+    here = WINDOW.beyond(Grid((4, 4), 1e-6, (0.0, 0.0)), (DISK,), (POSE,), 0.0, wind, gone)
+    assert here[1, 0, 0] == pytest.approx(-gone / (2 * np.pi * 5.5), rel=0.05)
+    assert abs(here[0, 0, 0]) < 1e-6
+
+
+def test_a_street_of_eddies_beyond_is_felt_as_if_it_went_on():
+    """Eddies of +-1 leave every 3 D/U: the velocity that they induce at the body, to a tenth."""
+    wind, dt, far = np.array([1.0, 0.0]), 0.1, 5.5
+    circulation, errors, sizes = 0.0, [], []
+    for step in range(3000):
+        gone = (-1.0) ** (step // 30) / 30
+        circulation = WINDOW.departed(circulation, gone, (DISK,), wind, dt)
+        ages = dt * np.arange(step + 1)
+        left = (-1.0) ** ((step - np.arange(step + 1)) // 30) / 30
+        exact = float(np.sum(left / (far + ages)))
+        if step > 2000:
+            errors.append(circulation / far - exact)
+            sizes.append(exact)
+    assert np.std(errors) < 0.1 * np.std(sizes)
+    silent = Window(lower=(2, 2), upper=(6, 2), wake=False)
+    assert silent.departed(0.0, 1.0, (DISK,), wind, 0.1) == 0.0
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [

@@ -42,6 +42,7 @@ DEFAULT = Penalisation()
 TOUCH = ContactLaw()
 EDGE = 3  # nodes from the edge of a fixed mesh within which vorticity is about to leave it
 PLACES = ("x", "y", "angle", "u", "v", "spin")  # columns of a body that moves
+LEE = 0.1  # of the largest speed: bodies are held to that where they feel less wind
 FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
 
 
@@ -307,8 +308,11 @@ class VortexFlow:
             ledger.impulse(after.vorticity, after.grid), ledger.impulse(kept, after.grid)
         )
         deficit = self.window.remembered(after.deficit, gone, self.bodies, wind, dt)
-        lost = after.lost_circulation + ledger.cut(after.vorticity, kept, after.grid)
-        return replace(after, vorticity=kept, lost_circulation=lost, deficit=deficit)
+        lost = ledger.cut(after.vorticity, kept, after.grid)
+        return replace(
+            after, vorticity=kept, lost_circulation=after.lost_circulation + lost, deficit=deficit,
+            departed=self.window.departed(after.departed, lost, self.bodies, wind, dt),
+        )  # fmt: skip
 
     def _wind(self, poses: tuple[Pose, ...]) -> Array:
         """The stream that the bodies feel on the whole [L/T]."""
@@ -323,10 +327,11 @@ class VortexFlow:
             if not all(body.solenoidal for body in self.bodies):
                 wall = self._wall(replace(state, poses=poses))
                 total = swelling_flow(wall, self._solver(state.grid))
-            if self.window is not None and state.deficit:
+            if self.window is not None and (state.deficit or state.departed):
                 source = self.window.beyond(
-                    state.grid, self.bodies, poses, state.deficit, self._wind(state.poses)
-                ).astype(self.dtype)
+                    state.grid, self.bodies, poses, state.deficit, self._wind(state.poses),
+                    state.departed,
+                ).astype(self.dtype)  # fmt: skip
                 total = source if total is None else total + source
             flows.append(total)
         return flows[0], flows[-1]
@@ -397,8 +402,11 @@ class VortexFlow:
         )
 
     def _reference(self, speed: float, poses: tuple[Pose, ...]) -> float:
-        """The speed that a slip is compared with: the wind, else the largest there is."""
-        return float(np.hypot(*self._wind(poses))) or speed or 1.0
+        """The speed that a slip is compared with: the wind, but a tenth of the largest at least.
+
+        Bodies that go with the stream feel no wind, and one that turns round none for a moment.
+        """
+        return max(float(np.hypot(*self._wind(poses))), LEE * speed) or 1.0
 
 
 def _particles(state: State) -> Carried:

@@ -58,3 +58,4 @@ class State:
     impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse
     lost_circulation: float = 0.0  # that left through unbounded edges since the start [L^2/T]
     deficit: float = 0.0  # flux of the wake that was let go [L^ndim/T], see Window
+    departed: float = 0.0  # circulation of the wake that was let go lately [L^2/T], see Window

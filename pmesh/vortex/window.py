@@ -27,9 +27,10 @@ class Window:
 
     ``lower`` and ``upper``: how far it reaches along each axis, in lengths of the largest body;
     in the last ``fade`` lengths vorticity fades away. With ``wake`` the momentum deficit that has
-    faded, its flux q, goes on to act: what lies beyond is, for the flow inside, a source q at the
-    end of the window. Without it the drag in a window of L lengths behind the body is too large
-    by about Cd/(2 pi L) of itself.
+    faded, its flux q, and the circulation that has, G, go on to act: what lies beyond is, for the
+    flow inside, a source q and a vortex G at the end of the window. Without them the drag in a
+    window of L lengths behind the body is too large by about Cd/(2 pi L) of itself, and each eddy
+    of a vortex street that leaves is felt at the body as a gust of about G/(4 pi L).
     """
 
     lower: tuple[float, ...]
@@ -98,22 +99,47 @@ class Window:
         share = -math.expm1(-dt * speed / (MEMORY * self.fade * _length(bodies)))
         return deficit + share * (flux - deficit)
 
+    def departed(
+        self, circulation: float, gone: float, bodies: Sequence[Body], wind: Array, dt: float
+    ) -> float:
+        """The circulation [L^2/T] that acts from the end after ``gone`` more faded away in dt.
+
+        What left goes on with the wind W, and at the body a distance L ahead of the end its
+        velocity falls like 1/(L + W t); as a vortex that stays at the end it fades like
+        exp(-W t/L), which begins alike.
+        """
+        speed = float(np.hypot(*wind))
+        if not (self.wake and speed > 0):
+            return 0.0
+        far = self._reach(_length(bodies), wind / speed)
+        return circulation * math.exp(-dt * speed / far) + gone
+
     def beyond(
-        self, grid: Grid, bodies: Sequence[Body], poses: Sequence[Pose], deficit: float, wind: Array
+        self,
+        grid: Grid,
+        bodies: Sequence[Body],
+        poses: Sequence[Pose],
+        deficit: float,
+        wind: Array,
+        circulation: float = 0.0,
     ) -> Array:
-        """Velocity [L/T] of a source of flux ``deficit`` at the downwind end of the window."""
-        low, high = self.corners(bodies, poses)
+        """Velocity [L/T] of a source of flux ``deficit`` and a vortex at the downwind end."""
         length, unit = _length(bodies), wind / np.hypot(*wind)
         center = np.mean([pose.center for pose in poses], axis=0)
-        ends = np.where(unit > 0, high - center, center - low)
+        place = center + unit * self._reach(length, unit)
+        x, y = grid.axes()
+        arm_x, arm_y = (x - place[0])[:, None], (y - place[1])[None, :]
+        scale = 1.0 / (2 * math.pi) / (arm_x**2 + arm_y**2 + length**2)
+        source, vortex = deficit * scale, circulation * scale
+        return np.stack([source * arm_x - vortex * arm_y, source * arm_y + vortex * arm_x])
+
+    def _reach(self, length: float, unit: Array) -> float:
+        """Distance [L] from the centre to the middle of the fading zone along a direction."""
+        ends = length * np.where(unit > 0, self.upper, self.lower)
         along = min(
             end / abs(part) for end, part in zip(ends, unit, strict=True) if abs(part) > 1e-9
         )
-        place = center + unit * (along - 0.5 * self.fade * length)
-        x, y = grid.axes()
-        arm_x, arm_y = (x - place[0])[:, None], (y - place[1])[None, :]
-        scale = deficit / (2 * math.pi) / (arm_x**2 + arm_y**2 + length**2)
-        return np.stack([scale * arm_x, scale * arm_y])
+        return float(along - 0.5 * self.fade * length)
 
 
 def _length(bodies: Sequence[Body]) -> float:
