@@ -156,7 +156,7 @@ def _start(
 @click.option("--format", "kind", default="gif", metavar="gif|mp4", help="[default: gif]")
 @click.option("--follow", is_flag=True, help="keep the bodies in the middle")
 @click.option("--limit", type=float, metavar="X", help="where colours saturate  [default: by run]")
-@click.option("--width", default=640, metavar="N", help="in pixels  [default: 640]")
+@click.option("--pixels", default=640, metavar="N", help="along the longer side  [default: 640]")
 @click.option("--out", metavar="FILE", help="[default: DIR/movie.gif]")
 def movie(folder: str, out: str | None, **given: Any) -> None:
     """Make a movie of a run from its snapshots."""

@@ -235,7 +235,7 @@ def test_what_a_run_left_can_be_looked_at(
 
     folder = str(make(tmp_path / "run"))
     for words, name in (
-        (["movie", folder, "--width", "100", "--fps", "5"], "movie.gif"),
+        (["movie", folder, "--pixels", "100", "--fps", "5"], "movie.gif"),
         (["ftle", folder, "--nodes", "16", "--span=-0.5"], "ftle.png"),
         (["dye", folder, "--line=-1,-1,-1,1", "--sources", "3", "--releases", "3"], "dye.png"),
         (["report", folder, "--movie", "none"], "report.html"),

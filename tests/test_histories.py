@@ -12,6 +12,7 @@ from pmesh.cases.histories import (
     alive,
     forces,
     history_figure,
+    motions,
     spectrum_figure,
     spoken,
     statistics_of,
@@ -28,6 +29,18 @@ def test_forces_are_known_by_their_names_and_round_off_is_no_force(tmp_path: Pat
     assert forces({"enforced": np.ones(3), "thrust": np.ones(3), "lift": np.full(3, np.nan)}) == [
         "thrust"
     ]
+
+
+def test_velocities_are_at_the_ends_of_steps_forces_at_their_middles(tmp_path: Path) -> None:
+    series = read_series(make(tmp_path))
+    series |= {"body0_u": np.sin(series["time"]), "body0_spin": np.zeros(401)}
+    assert motions(series) == ["body0_u", "body0_spin"]
+    assert alive(series, motions(series)) == ["body0_u"]
+    figure = history_figure(series, ["body0_u"], {})
+    (panel,) = figure.axes
+    assert panel.get_ylabel() == "u"
+    assert panel.lines[0].get_xdata() == pytest.approx(series["time"])
+    assert statistics_of(series, ["body0_u"])["body0_u"].start > 0
 
 
 def test_names_are_spoken() -> None:

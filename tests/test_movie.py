@@ -13,7 +13,7 @@ from PIL import Image
 
 from pmesh.cases import movie as module
 from pmesh.cases.movie import BODY, LEVELS, RIM, STRIP, centre, film, movie, palette, resampled
-from pmesh.run.snapshots import read_snapshots
+from pmesh.run.snapshots import read_snapshots, write_snapshot
 from remesh.errors import InputError, StorageError
 from remesh.grid import Grid
 
@@ -44,7 +44,7 @@ def test_resampling_wraps_a_periodic_axis() -> None:
 
 def test_all_pictures_have_one_window_and_one_scale(tmp_path: Path) -> None:
     shots = read_snapshots(make(tmp_path, moving=True))
-    pictures = list(film(shots, width=200).pixels)
+    pictures = list(film(shots, pixels=200).pixels)
     assert len({picture.shape for picture in pictures}) == 1
     assert pictures[0].shape[1] == 200
     assert pictures[0].shape[0] % 2 == 0
@@ -54,7 +54,7 @@ def test_all_pictures_have_one_window_and_one_scale(tmp_path: Path) -> None:
 
 def test_up_is_up_and_signs_have_their_colours(tmp_path: Path) -> None:
     one = shot(tmp_path / "1.vtkhdf", 0.0, bodies=False)  # negative above, positive below
-    (picture,) = film([one], width=200).pixels
+    (picture,) = film([one], pixels=200).pixels
     field = picture[STRIP:]
     half = field.shape[0] // 2
     assert field[:half].min() == 0
@@ -69,13 +69,13 @@ def test_following_keeps_the_body_in_its_place(tmp_path: Path) -> None:
     assert [centre(one) for one in shots] == [
         pytest.approx((0.5 * one.time, 0.0), abs=2e-3) for one in shots
     ]
-    places = [body_at(picture) for picture in film(shots, width=200, follow=True).pixels]
+    places = [body_at(picture) for picture in film(shots, pixels=200, follow=True).pixels]
     assert np.ptp(places) < 0.02
 
 
 def test_a_body_is_filled_with_a_rim_around_it(tmp_path: Path) -> None:
     one = shot(tmp_path / "1.vtkhdf", 0.0)
-    (picture,) = film([one], width=300).pixels
+    (picture,) = film([one], pixels=300).pixels
     field = picture[STRIP:]
     inside = (field == BODY) | (field == RIM)
     scale = field.shape[1] / np.diff(_window(one)[:2])[0]
@@ -106,7 +106,7 @@ def test_a_gif_plays_all_snapshots_again_and_again_and_is_small(tmp_path: Path) 
 
 def test_a_movie_shows_the_field_and_goes_where_asked(tmp_path: Path) -> None:
     folder = make(tmp_path / "run")
-    path = movie(folder, tmp_path / "speed.gif", field="velocity", width=128, limit=3.0)
+    path = movie(folder, tmp_path / "speed.gif", field="velocity", pixels=128, limit=3.0)
     with Image.open(path) as film_:
         assert film_.size[0] == 128
     assert not (folder / "movie.gif").exists()
@@ -150,7 +150,7 @@ def test_ffmpeg_is_given_every_picture_and_its_failure_is_told(
     package.get_ffmpeg_exe = lambda: str(program)  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, "imageio_ffmpeg", package)
     folder = make(tmp_path / "run")
-    path = movie(folder, kind="mp4", width=100, fps=5)
+    path = movie(folder, kind="mp4", pixels=100, fps=5)
     size = (tmp_path / "said").read_text().split("-s ")[1].split()[0]
     width, height = map(int, size.split("x"))
     assert (width, width % 2, height % 2) == (100, 0, 0)
@@ -158,3 +158,12 @@ def test_ffmpeg_is_given_every_picture_and_its_failure_is_told(
     program.write_text("#!/bin/sh\ncat > /dev/null\necho no such codec >&2\nexit 1\n")
     with pytest.raises(StorageError, match="no such codec"):
         movie(folder, kind="mp4")
+
+
+def test_a_tall_window_gives_a_tall_picture(tmp_path: Path) -> None:
+    grid = Grid((32, 128), 0.1)
+    field = np.ones(grid.shape)
+    one = write_snapshot(tmp_path / "1.vtkhdf", grid, {"vorticity": field}, 0, 0.0)
+    (picture,) = film([one], pixels=200).pixels
+    assert picture.shape[0] == 200 + STRIP
+    assert picture.shape[1] < 80

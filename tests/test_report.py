@@ -117,6 +117,22 @@ def test_the_report_of_a_real_run_is_written_where_asked(tmp_path: Path) -> None
     assert not (tmp_path / "run" / "report.html").exists()
 
 
+def test_a_script_s_run_has_a_page_and_moving_bodies_have_their_motion(tmp_path: Path) -> None:
+    folder = make(tmp_path / "falling", moving=True, done=False)
+    (folder / "case.toml").unlink()
+    lines = (folder / "series.csv").read_text().splitlines()
+    ends = [",body0_u,body0_spin", *(f",{0.5 + 0.01 * k},0.0" for k in range(len(lines) - 1))]
+    text = "".join(f"{a}{b}\n" for a, b in zip(lines, ends, strict=True))
+    (folder / "series.csv").write_text(text)
+    seen = Page(page(Run(folder), "none"))
+    assert "falling" in seen.words
+    assert "not finished" not in seen.words
+    assert sections(seen) == [
+        "forces", "motion", "statistics", "spectrum", "wake", "series",
+    ]  # fmt: skip
+    assert "body 0, u" in seen.words.split("Statistics")[2]
+
+
 def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no run"):
         report(tmp_path)

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Values = NDArray[np.float64]
 FORCE = re.compile(r"(^|_)(force|torque|power|drag|lift|thrust)(_|$)")  # means over steps
+MOTION = re.compile(r"^body\d+_(u|v|w|spin.*)$")  # velocities, at the end of a step
 ROUND_OFF = 1e-8  # of the largest force: a force that symmetry forbids
 COLOURS = (OURS, OTHERS[1], OTHERS[0], "#b8860b", "#a23b72", OTHERS[2])
 STYLES = ("-", ":", "--", "-.")
@@ -37,6 +38,11 @@ def forces(series: Series) -> list[str]:
     ]
 
 
+def motions(series: Series) -> list[str]:
+    """The columns that hold a velocity or spin of a body."""
+    return [name for name in series if MOTION.match(name)]
+
+
 def alive(series: Series, names: list[str]) -> list[str]:
     """Those of the columns that are more than round-off of the largest of them, after the start."""
     tops = {name: _top(series, name) for name in names}
@@ -45,11 +51,11 @@ def alive(series: Series, names: list[str]) -> list[str]:
 
 
 def statistics_of(series: Series, names: list[str]) -> dict[str, Statistics]:
-    """Statistics of columns that are means over steps; without those too short to have any."""
+    """Statistics of columns, without those too short to have any."""
     found = {}
     for name in names:
         try:
-            found[name] = statistics(series["time"], series[name], series["dt"])
+            found[name] = statistics(series["time"], series[name], _dt(series, name))
         except InputError:
             continue
     return found
@@ -65,8 +71,9 @@ def history_figure(series: Series, names: list[str], published: Mapping[str, Cur
     for panel, (kind, members) in zip(axes[:, 0], kinds.items(), strict=True):
         for number, name in enumerate(members):
             colour, style = COLOURS[number % len(COLOURS)], STYLES[number % len(STYLES)]
-            middle = series["time"] - 0.5 * series["dt"]
-            panel.plot(middle, series[name], style, color=colour, lw=1.3, label=spoken(name))
+            dt = _dt(series, name)
+            time = series["time"] - (0.0 if dt is None else 0.5 * dt)
+            panel.plot(time, series[name], style, color=colour, lw=1.3, label=spoken(name))
         curves = [(name, published[name]) for name in members if name in published]
         for number, (_, curve) in enumerate(curves):
             panel.plot(
@@ -91,7 +98,7 @@ def spectrum_figure(series: Series, found: Mapping[str, Statistics]) -> Figure |
     first = min(known.cycle.frequency.value for known in cycles.values() if known.cycle)
     top = 0.0
     for number, (name, known) in enumerate(cycles.items()):
-        part = spectrum(series["time"], series[name], series["dt"], after=known.start)
+        part = spectrum(series["time"], series[name], _dt(series, name), after=known.start)
         seen = (part.frequency > 0) & (part.frequency < HARMONICS * first)
         colour = COLOURS[number % len(COLOURS)]
         panel.semilogy(
@@ -116,8 +123,15 @@ def spoken(name: str) -> str:
     return name.replace("_", " ")
 
 
+def _dt(series: Series, name: str) -> Values | None:
+    """The steps of a column that holds means over them, None for values at their ends."""
+    return np.asarray(series["dt"], np.float64) if FORCE.search(name) else None
+
+
 def _kind(name: str) -> str:
     """What a column measures, whichever body and route."""
+    if MOTION.match(name):
+        return name.partition("_")[2].replace("_", " ")
     words = name.split("_")
     start = next((i for i, word in enumerate(words) if FORCE.search(word)), 0)
     return " ".join(words[start:])

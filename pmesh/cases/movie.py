@@ -54,26 +54,28 @@ def movie(
     fps: float = 12.0,
     follow: bool = False,
     limit: float | None = None,
-    width: int = 640,
+    pixels: int = 640,
 ) -> Path:
     """Write the movie of a run directory, by default ``movie.gif`` in it; returns its path.
 
     One window over all snapshots, or with ``follow`` one that moves with the bodies; colours that
-    saturate at ``limit`` [of the field]; ``width`` in pixels. Bodies are filled, the time is above.
+    saturate at ``limit`` [of the field]; ``pixels`` along the longer side. Bodies are filled, the
+    time is above.
     GIF by Pillow; MP4 by imageio-ffmpeg (``pip install "pmesh-flow[movie]"``) or an ffmpeg on the
     path. Refuses a run without snapshots, an unknown field, and MP4 without ffmpeg.
     """
     if kind not in KINDS:
         raise InputError(f"a movie is one of {', '.join(KINDS)}, got {kind!r}", hint="gif")
-    if not (math.isfinite(fps) and 0 < fps <= 100 and 64 <= width <= 4096):
+    if not (math.isfinite(fps) and 0 < fps <= 100 and 64 <= pixels <= 4096):
         raise InputError(
-            f"fps must be above 0 and at most 100, width from 64 to 4096, got {fps:g} and {width}",
-            hint="--fps 12 --width 640",
+            f"fps must be above 0 and at most 100, pixels from 64 to 4096, got {fps:g} and "
+            f"{pixels}",
+            hint="--fps 12 --pixels 640",
         )
     if kind == "mp4":
         ffmpeg()
     path = Path(folder) / f"movie.{kind}" if out is None else Path(out)
-    frames = film(snapshots(folder, field), field, follow=follow, limit=limit, width=width)
+    frames = film(snapshots(folder, field), field, follow=follow, limit=limit, pixels=pixels)
     write_atomic(path, written(frames, kind, fps))
     return path
 
@@ -111,7 +113,7 @@ def film(
     *,
     follow: bool = False,
     limit: float | None = None,
-    width: int = 640,
+    pixels: int = 640,
 ) -> Frames:
     """The pictures of the snapshots."""
     limit = colour_limit(shots, field) if limit is None else limit
@@ -122,15 +124,15 @@ def film(
     ends = np.array(parts)
     whole = Window(*ends[:, 0:1].min(0), *ends[:, 1:2].max(0), *ends[:, 2:3].min(0),
                    *ends[:, 3:4].max(0))  # fmt: skip
-    height = max(32, round(width * whole.size[1] / whole.size[0] / 2) * 2)
-    shape = (height, width - width % 2)
+    sides = (max(32, 2 * round(0.5 * pixels * side / max(whole.size))) for side in whole.size)
+    shape = tuple(sides)
     name = field if plane(shots[0], field).shape == shots[0][field].shape else f"|{field}|"
     scale = f"{name}, {'±' if signed else '0 to '}{limit:g}"
-    pixels = (
+    frames = (
         _frame(shot, field, whole.moved(*place), shape, limit, signed, scale)
         for shot, place in zip(shots, places, strict=True)
     )
-    return Frames(pixels=pixels, palette=palette(signed))
+    return Frames(pixels=frames, palette=palette(signed))
 
 
 def centre(shot: Shot) -> tuple[float, float]:
@@ -184,11 +186,11 @@ def _line(
 
 
 def _frame(
-    shot: Shot, field: str, part: Window, shape: tuple[int, int], limit: float, signed: bool,
+    shot: Shot, field: str, part: Window, shape: tuple[int, ...], limit: float, signed: bool,
     scale: str,
 ) -> Pixels:  # fmt: skip
     """One picture: a strip with the time, the field below it, bodies on top."""
-    height, width = shape
+    width, height = shape
     x = part.left + (np.arange(width) + 0.5) * part.size[0] / width
     y = part.top - (np.arange(height) + 0.5) * part.size[1] / height
     seen = resampled(plane(shot, field), shot.grid, x, y).T / limit
@@ -213,7 +215,8 @@ def _strip(width: int, left: str, right: str) -> Pixels:
     strip = Image.new("L", (width, STRIP), 255)
     pen, letters = ImageDraw.Draw(strip), _font()
     pen.text((8, STRIP // 2), left, fill=0, font=letters, anchor="lm")
-    pen.text((width - 8, STRIP // 2), right, fill=0, font=letters, anchor="rm")
+    if letters.getlength(left + right) < width - 32:
+        pen.text((width - 8, STRIP // 2), right, fill=0, font=letters, anchor="rm")
     grey = np.asarray(strip, np.float64) / 255
     return (INK + np.rint(grey * (GREYS - 1))).astype(np.uint8)
 

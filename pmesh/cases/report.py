@@ -18,6 +18,7 @@ from pmesh.cases.histories import (
     alive,
     forces,
     history_figure,
+    motions,
     spectrum_figure,
     spoken,
     statistics_of,
@@ -52,7 +53,9 @@ class Run:
 
     @cached_property
     def content(self) -> dict[str, Any]:
-        """Case, version, commit and parameters, as in case.toml."""
+        """Case, version, commit and parameters, as in case.toml; of a script's run its folder."""
+        if not (self.folder / CASE).is_file():
+            return {"case": self.folder.resolve().name, "parameters": {}}
         name, parameters = read_case(self.folder / CASE)
         text = (self.folder / CASE).read_text(encoding="utf-8")
         return {**tomllib.loads(text), "case": name, "parameters": parameters}
@@ -90,9 +93,14 @@ class Run:
         return alive(self.series, forces(self.series)) if len(self.times) > 1 else []
 
     @cached_property
+    def motions(self) -> list[str]:
+        """The columns with velocities of bodies that are not round-off."""
+        return alive(self.series, motions(self.series)) if len(self.times) > 1 else []
+
+    @cached_property
     def statistics(self) -> dict[str, Statistics]:
-        """Of the forces."""
-        return statistics_of(self.series, self.forces)
+        """Of the forces and velocities."""
+        return statistics_of(self.series, self.forces + self.motions)
 
     @property
     def times(self) -> Any:
@@ -115,7 +123,7 @@ def report(folder: str | Path, out: str | Path | None = None, *, movie: Movie = 
     if movie not in ("gif", "mp4", "none"):
         raise InputError(f"movie must be gif, mp4 or none, got {movie!r}", hint="gif")
     run = Run(Path(folder))
-    if not (run.folder / CASE).is_file():
+    if not any((run.folder / name).is_file() for name in (CASE, SERIES)):
         raise InputError(f"{folder} holds no run", hint="a directory that `pmesh run` wrote")
     path = run.folder / "report.html" if out is None else Path(out)
     write_atomic(path, page(run, movie).encode())
@@ -128,6 +136,7 @@ def page(run: Run, movie: Movie = "gif") -> str:
         "Metrics": _metrics(run),
         "Figure": _picture(run),
         "Forces": _forces(run),
+        "Motion": _motion(run),
         "Statistics": _statistics(run),
         "Spectrum": _spectrum(run),
         "Wake" if run.forces else "Vorticity": _wake(run),
@@ -154,7 +163,7 @@ def page(run: Run, movie: Movie = "gif") -> str:
 
 def _facts(run: Run) -> Iterable[tuple[str, str]]:
     judged = [m["pass"] for m in run.summary.get("metrics", ()) if m["pass"] is not None]
-    if not run.summary:
+    if not run.summary and run.case:
         yield "result", "not finished"
     elif judged:
         kind = "pass" if all(judged) else "fail"
@@ -174,7 +183,11 @@ def _metrics(run: Run) -> str:
         words = [escape(str(metric[key])) for key in ("grade", "source")]
         rows.append([escape(metric["name"]), *numbers, result[metric["pass"]], *words])
     if not rows:
-        return "" if run.summary else "<p>The run has not finished: it has no metrics yet.</p>"
+        return (
+            ""
+            if run.summary or not run.case
+            else "<p>The run has not finished: it has no metrics yet.</p>"
+        )
     names = ("metric", "value", "reference", "error", "tolerance", "result", "grade", "source")
     grades = "Grades: A exact, B read in a published document, C remembered."
     return table(names, rows, numbers=range(1, 5)) + f'<p class="soft">{grades}</p>'
@@ -195,6 +208,12 @@ def _forces(run: Run) -> str:
     text = "Forces over time, per unit density; means over a step at its middle"
     over = f"{text}, over {' and '.join(sources)}" if sources else text
     return drawn(history_figure(run.series, run.forces, run.published), over)
+
+
+def _motion(run: Run) -> str:
+    if not run.motions:
+        return ""
+    return drawn(history_figure(run.series, run.motions, {}), "Velocities of the bodies over time")
 
 
 def _statistics(run: Run) -> str:
@@ -260,7 +279,8 @@ def _parameters(run: Run) -> str:
         unit = known[name].unit if name in known else ""
         help = known[name].help if name in known else ""
         rows.append([f"<code>{escape(name)}</code>", *map(escape, (spelt(value), unit, help))])
-    return table(("parameter", "value", "unit", "what it is"), rows, numbers=[1])
+    names = ("parameter", "value", "unit", "what it is")
+    return table(names, rows, numbers=[1]) if rows else ""
 
 
 def _cost(run: Run) -> str:
@@ -268,4 +288,4 @@ def _cost(run: Run) -> str:
     rows = [[escape(name.replace("_", " ")), f"{value:,}"] for name, value in cost.items()]
     known = [name for name in ("case", "version", "commit") if name in run.content]
     rows += [[name, f"<code>{escape(str(run.content[name]))}</code>"] for name in known]
-    return table(("what", "value"), rows, numbers=[1])
+    return table(("what", "value"), rows, numbers=[1]) if len(rows) > 1 else ""

@@ -223,12 +223,13 @@ def dye_figure(shot: Shot, positions: Values, *, line: Values, part: Window) -> 
 
 
 def page(part: Window) -> tuple[Figure, Axes]:
-    """A figure with one panel as wide as a page, as high as the window asks for."""
+    """A figure with one panel, as wide as a page or as high, in the shape of the window."""
     from matplotlib.figure import Figure
 
     width, height = part.size
-    high = min(max(6.2 * height / width, 1.4), 8.0)
-    figure = Figure(figsize=(7.2, high + 0.7), layout="constrained")
+    scale = min(6.0 / width, 7.5 / height)  # inches, less what bars and letters take
+    size = (max(width * scale, 1.6) + 1.2, max(height * scale, 1.4) + 0.7)
+    figure = Figure(figsize=size, layout="constrained")
     return figure, figure.subplots()
 
 
