@@ -117,6 +117,16 @@ def test_the_report_of_a_real_run_is_written_where_asked(tmp_path: Path) -> None
     assert not (tmp_path / "run" / "report.html").exists()
 
 
+def test_a_run_that_goes_on_or_starts_anew_takes_its_old_report_away(tmp_path: Path) -> None:
+    case = TaylorGreenCase.make({}, quick=True)
+    for again in ({}, {"resume": True}, {"overwrite": True}):
+        run_case("taylor-green", case, tmp_path, **again)
+        assert not (tmp_path / "report.html").exists()
+        report(tmp_path, movie="none")
+        (tmp_path / "notes.txt").write_text("mine")
+    assert (tmp_path / "notes.txt").exists()
+
+
 def test_a_script_s_run_has_a_page_and_moving_bodies_have_their_motion(tmp_path: Path) -> None:
     folder = make(tmp_path / "falling", moving=True, done=False)
     (folder / "case.toml").unlink()

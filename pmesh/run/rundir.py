@@ -20,6 +20,7 @@ FIGURE = "figure.png"
 SUMMARY = "summary.json"
 # in the order in which they are removed: without its checkpoint a run is not one to go on from
 RUN_FILES = (CHECKPOINT, SERIES, FIELDS, SNAPSHOTS, FIGURE, SUMMARY, CASE)
+LOOKS = ("movie.gif", "movie.mp4", "ftle.png", "dye.png", "report.html")  # of a run as it was then
 
 
 class RunFolder:
@@ -87,9 +88,9 @@ def refuse_another_run(path: Path, *, overwrite: bool) -> None:
 
 
 def clear(path: Path, names: tuple[str, ...] = RUN_FILES) -> None:
-    """Remove the files of a run, and no others."""
+    """Remove files of a run, with the pictures that were made of it, and no others."""
     half_written = [*path.glob(".*.part"), *(path / SNAPSHOTS).glob(".*.part")]
-    for item in (*(path / name for name in names), *half_written):
+    for item in (*(path / name for name in (*LOOKS, *names)), *half_written):
         with storing(item):
             if item.is_dir():
                 shutil.rmtree(item)
