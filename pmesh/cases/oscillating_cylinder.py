@@ -71,7 +71,7 @@ class OscillatingCylinder(Case):
 
     title: ClassVar[str] = "Oscillating cylinder"
     source: ClassVar[str] = DUETSCH
-    short: ClassVar[Mapping[str, Any]] = {"nodes": 20, "until": 10.0, "deformation": 0.5}
+    short: ClassVar[Mapping[str, Any]] = {"nodes": 24, "until": 15.0, "deformation": 0.5}
 
     def __post_init__(self) -> None:
         """Refuse what is outside the case, and a body of too few nodes."""
