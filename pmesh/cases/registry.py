@@ -28,6 +28,14 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.cylinder:Cylinder",
         "impulsively started cylinder, drag beside Koumoutsakos & Leonard (1995)",
     ),
+    "cylinder-wake": Entry(
+        "pmesh.cases.cylinder_wake:CylinderWake",
+        "long runs past a cylinder: steady wake or vortex street, beside published numbers",
+    ),
+    "airfoil-start": Entry(
+        "pmesh.cases.airfoil_start:AirfoilStart",
+        "an aerofoil set in motion at once: starting vortex, lift beside Wagner's law",
+    ),
     "taylor-green": Entry(
         "pmesh.cases.taylor_green:TaylorGreenCase",
         "decaying periodic vortices, beside the exact solution",
