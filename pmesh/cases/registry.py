@@ -68,6 +68,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.swimmer:SwimmerCase",
         "free anguilliform swimmer: speed beside Kern & Koumoutsakos (2006), power, wake",
     ),
+    "swimmer-pair": Entry(
+        "pmesh.cases.swimmer_pair:SwimmerPair",
+        "two swimmers in tandem: their speeds and power beside those of one alone",
+    ),
 }
 
 

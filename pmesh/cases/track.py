@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.body import Body
 from pmesh.bodies.mask import box_around, mask_of, rigid_modes
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import wall_offset
 from remesh.errors import InputError
+from remesh.grid import Grid
+
+if TYPE_CHECKING:
+    from pmesh.vortex.flow import VortexFlow
 
 Values = NDArray[np.float64]
 COLUMNS = ("x", "y", "angle", "u", "v", "spin")
@@ -40,9 +43,9 @@ class Track(NamedTuple):
     power: Values  # (n,) that the body gives to the fluid [L^4/T^3]
 
     @classmethod
-    def read(cls, series: Mapping[str, NDArray[Any]], body: int = 0) -> Self:
+    def read(cls, series: Mapping[str, NDArray[Any]], body: int = 0, prefix: str = "") -> Self:
         """The track of a body in the columns of a run; refuses a run without it."""
-        name = f"body{body}"
+        name = f"{prefix}body{body}"
         if f"{name}_x" not in series:
             raise InputError(
                 f"the run has no columns of a moving {name}", hint="watch=[pmesh.Forces()]"
@@ -87,9 +90,9 @@ class Track(NamedTuple):
         direction = moved / distance if distance > 0 else np.array([1.0, 0.0])
         return direction, distance / (last - first)
 
-    def lateral(self, first: float, last: float) -> float:
-        """Half of the range of the velocity across the mean motion [L/T]."""
-        (x, y), _ = self.way(first, last)
+    def lateral(self, first: float, last: float, direction: Values) -> float:
+        """Half of the range of the velocity across a direction [L/T]."""
+        x, y = direction
         across = self.velocity[self.within(first, last)] @ np.array([-y, x])
         return 0.5 * float(np.ptp(across))
 
@@ -117,28 +120,40 @@ def efficiency(mass: float, speed: float, work: float) -> float:
     return energy / (energy + work)
 
 
-def imbalance(track: Track, impulse: Values, first: float, last: float) -> tuple[float, float]:
-    """Momentum that body and fluid gained together between two times, and what they exchanged.
+def imbalance(track: Track, impulse: Values, first: float, last: float) -> float:
+    """Momentum that body and fluid gained together between two times, of what they exchanged.
 
-    ``impulse`` (n, 2): of all vorticity [L^3/T], with the body's place full of fluid; that of a
+    ``impulse`` (n, 2): of all vorticity [L^3/T], the body's place full of fluid; that of a
     neutrally buoyant body whose deformation has no momentum is in it. The exchange is the integral
-    of the force's size: the first over the second is how far the balance is from closing.
+    of the force's size.
     """
     change = track.at(impulse, last) - track.at(impulse, first)
     exchanged = float(track.integral(np.hypot(*track.force.T), first, last))
-    return float(np.hypot(*change)), exchanged
+    return float(np.hypot(*change)) / exchanged
 
 
-def deformation_drift(flow: Any, spacing: Any, poses: Sequence[Pose]) -> tuple[Drift, ...]:
-    """Momentum of each body's deformation as the flow imposes it, on a mesh of ``spacing``'s kind.
+def disagreement(track: Track, force: Values, first: float, last: float) -> float | None:
+    """How far the body's gain of momentum is from the integral of another force, of the exchange.
 
-    ``spacing``: a mesh of the lattice. Sums of chi u and chi r x u over the nodes, over those of
-    chi |u| and chi |r| |u|.
+    Both over the steps between two times at which the other force (n, 2) is known; None if it
+    never is. The force of a free body is its gain of momentum, by the law that moves it.
     """
-    bodies: tuple[Body, ...] = flow.bodies
-    settings, h = flow.penalisation, spacing.spacing
+    known = track.within(first, last) & np.isfinite(force).all(axis=1)
+    if not known.any():
+        return None
+    steps, own = track.dt[known], track.force[known]
+    apart = np.hypot(*(steps @ (force[known] - own)))
+    return float(apart / (steps @ np.hypot(*own.T)))
+
+
+def deformation_drift(flow: VortexFlow, grid: Grid, poses: Sequence[Pose]) -> tuple[Drift, ...]:
+    """Momentum of each body's deformation as the flow imposes it, on the lattice of ``grid``.
+
+    Sums of chi u and chi r x u over the nodes, over those of chi |u| and chi |r| |u|.
+    """
+    bodies, settings, h = flow.bodies, flow.penalisation, grid.spacing
     offset = wall_offset(settings.width, settings.strength, flow.order, flow.radius)
-    near = box_around(bodies, tuple(poses), spacing, settings.width * h)
+    near = box_around(bodies, tuple(poses), grid, settings.width * h)
     mask = mask_of(bodies, tuple(poses), near, settings.width * h, offset * h)
     points, drifts = near.points(), []
     for number, pose in enumerate(poses):

@@ -1,0 +1,170 @@
+"""What the swimmers' cases share: their options, the flow around them, pictures of their wake."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmesh.cases.case import Case, Outcome
+from pmesh.cases.options import option
+from pmesh.cases.style import OTHERS, OURS
+from pmesh.cases.track import Track
+from pmesh.cases.wake import colour_limit, draw_vorticity, frame, plane, window
+from remesh.grid import Grid
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import SubFigure
+
+    from pmesh.bodies.body import Body
+    from pmesh.bodies.swimmer import Swimmer
+    from pmesh.vortex.flow import VortexFlow
+    from pmesh.vortex.window import Window
+
+Values = NDArray[np.float64]
+KERN = "Kern & Koumoutsakos 2006"
+VISCOSITY = 1.4e-4  # [L^2/T] of the published swimmer: L^2/(nu T) = 7143
+RAMP = 1.0  # periods over which the wave starts
+COUNTED = 2.0  # periods at the end that means are taken over
+ROOM = 0.2  # [L] of mesh around the bodies at the start
+FEWEST = 104  # nodes per length at which the body is the eight spacings thick it has to be
+AHEAD = 2.5  # [L] of mesh before and beside the bodies, where a window cuts the wake
+FADE = 0.5  # [L] over which it fades
+
+
+@dataclass(frozen=True, kw_only=True)
+class Swimming(Case):
+    """Base of the cases with swimmers: body lengths L, periods T of the wave."""
+
+    until: float = option(8.0, "end of the run; the last two periods are counted", unit="T")
+    nodes: int = option(256, "mesh nodes per body length")
+    gait: Literal["carling", "seed", "carangiform"] = option("carling", "how it bends")
+    viscosity: float = option(VISCOSITY, "kinematic viscosity", unit="L^2/T")
+    deformation: float = option(0.25, "largest dt * max|grad u|")
+    kernel: str = option("M6'", "remeshing kernel")
+    strength: float = option(1000.0, "penalisation lambda h^2 / nu")
+    width: float = option(1.5, "half width of the bodies' indicator", unit="h")
+    tolerance: float = option(1e-5, "slip residual of the penalisation")
+    wake: float | None = option(None, "wake that is kept; all of it if not given", unit="L")
+    every: float = option(0.25, "time between snapshots", unit="T")
+
+    def __post_init__(self) -> None:
+        """Refuse bodies of too few nodes, and a window that holds no wake."""
+        super().__post_init__()
+        self.require(self.nodes >= FEWEST, "nodes", f"at least {FEWEST} per length")
+        self.positive("viscosity", "deformation", "strength", "width", "tolerance", "every")
+        enough = self.wake is None or self.wake > FADE + 0.5
+        self.require(enough, "wake", f"more than {FADE + 0.5:g} lengths", "--wake 3")
+
+    @property
+    def spacing(self) -> float:
+        """Mesh spacing [L]."""
+        return 1.0 / self.nodes
+
+    @property
+    def counted(self) -> tuple[float, float]:
+        """First and last of the whole periods that means are taken over; one in a short run."""
+        length = COUNTED if self.until >= RAMP + COUNTED else 1.0
+        return max(self.until - length, 0.0), self.until
+
+    def swimmer(self, **more: Any) -> Swimmer:
+        """A swimmer of this gait: see `Swimmer.carling`."""
+        from pmesh.bodies.swimmer import Swimmer
+
+        make = {
+            "carling": Swimmer.carling,
+            "seed": Swimmer.seed,
+            "carangiform": Swimmer.carangiform,
+        }[self.gait]
+        return make(start=RAMP, **more)
+
+    def flow(self, bodies: tuple[Swimmer, ...]) -> VortexFlow:
+        """The flow on a mesh just larger than the bodies; it grows with the wake."""
+        from pmesh.bodies.penalise import Penalisation
+        from pmesh.vortex.flow import VortexFlow
+
+        return VortexFlow(
+            grid=start_grid(bodies, self.spacing),
+            viscosity=self.viscosity,
+            bodies=bodies,
+            deformation=self.deformation,
+            kernel=self.kernel,
+            domain="follow",
+            window=self.window(bodies),
+            penalisation=Penalisation(
+                strength=self.strength, width=self.width, tolerance=self.tolerance
+            ),
+        )
+
+    def window(self, bodies: Sequence[Swimmer]) -> Window | None:
+        """The part of space that is kept, if the wake may leave. Its momentum is nearly none."""
+        if self.wake is None:
+            return None
+        from pmesh.vortex.window import Window
+
+        places = np.array([body.position for body in bodies])
+        spread = 0.5 * np.ptp(places, axis=0)
+        heading = bodies[0].heading
+        back = self.wake * np.array([math.cos(heading), math.sin(heading)])
+        lower = np.maximum(AHEAD, -back) + spread
+        upper = np.maximum(AHEAD, back) + spread
+        return Window(
+            lower=(float(lower[0]), float(lower[1])),
+            upper=(float(upper[0]), float(upper[1])),
+            fade=FADE,
+            wake=False,
+        )
+
+
+def start_grid(bodies: Sequence[Body], spacing: float) -> Grid:
+    """A mesh just larger than the bodies, with a node at the origin."""
+    corners = [body.bounds(body.start()) for body in bodies]
+    low = np.min([lower for lower, _ in corners], axis=0) - ROOM
+    high = np.max([upper for _, upper in corners], axis=0) + ROOM
+    first = 8 * np.floor(low / (8 * spacing)).astype(int)
+    last = 8 * np.ceil(high / (8 * spacing)).astype(int)
+    shape = -(-(last - first) // 16) * 16
+    return Grid((int(shape[0]), int(shape[1])), spacing, tuple(float(x) for x in first * spacing))
+
+
+def draw_ways(panel: Axes, tracks: Sequence[Track]) -> None:
+    """The ways of the centres of mass, from a ring at the start."""
+    for number, track in enumerate(tracks):
+        colour = (OURS, *OTHERS)[number % 4]
+        panel.plot(*track.place.T, color=colour)
+        panel.plot(*track.place[0], "o", color=colour, mfc="white")
+    panel.set(xlabel="$x / L$", ylabel="$y / L$", title="way of the centre of mass")
+    panel.set_aspect("equal", adjustable="datalim")
+
+
+def draw_wake(
+    figure: SubFigure,
+    outcome: Outcome,
+    swimmers: Sequence[tuple[Body, Track]],
+    times: Sequence[float],
+) -> list[Axes]:
+    """Vorticity and bodies at some times, to one scale, over one part of the plane."""
+    shots = outcome.snapshots()[1:]
+    chosen = [min(shots, key=lambda shot: abs(shot.time - t)) for t in times]
+    limit = colour_limit(chosen)
+    part = window(chosen, limit=limit)
+    tall = part.size[1] > part.size[0]
+    rows, columns = (1, len(chosen)) if tall else (len(chosen), 1)
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
+    for panel, shot in zip(panels, chosen, strict=True):
+        outlines = [
+            body.outlines(track.pose(track.row(shot.time)), shot.grid.spacing)[0]
+            for body, track in swimmers
+        ]
+        draw_vorticity(panel, plane(shot, "vorticity"), shot.grid, limit, outlines=outlines)
+        frame(panel, part)
+        panel.set(xlabel="", ylabel="$y / L$" if panel is panels[0] or not tall else "")
+        panel.set_title(f"vorticity at $t$ = {shot.time:.3g}")
+    for panel in panels if tall else panels[-1:]:
+        panel.set_xlabel("$x / L$")
+    return list(panels)
