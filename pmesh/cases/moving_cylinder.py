@@ -109,7 +109,8 @@ class MovingCylinder(Cylinder):
         circle = np.stack([np.cos(around), np.sin(around)], axis=1) + towed(shot.time)
         limit = 0.25 * self.reynolds**0.5
         draw_vorticity(wake, shot["vorticity"], shot.grid, limit, outlines=[circle])
-        wake.set(xlim=(-shot.time - 1.5, 4.0), ylim=(-2.0, 2.0), xlabel="$x / R$", ylabel="$y / R$")
+        wake.set(xlim=(-shot.time - 1.5, -shot.time + 6.5), ylim=(-2.0, 2.0))
+        wake.set(xlabel="$x / R$", ylabel="$y / R$")
         wake.set_title(f"vorticity at T = {shot.time:.3g}: the fluid is at rest far away")
         name_panels([left, right, wake])
         figure.suptitle(
