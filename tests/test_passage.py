@@ -116,6 +116,26 @@ def test_a_disk_that_goes_with_a_uniform_stream_leaves_it_uniform(density):
     assert np.abs(found["body0_force_x"]).max() < 1e-10
 
 
+def test_a_neutrally_buoyant_disk_goes_round_with_fluid_that_turns_like_a_solid():
+    """In the middle of a wide vortex: place and spin to 1 %, and the vorticity is let be."""
+    rate = 0.5  # of turning; the vorticity is twice that
+
+    def vorticity(points):
+        return 2 * rate * np.exp(-((np.hypot(*points) / 2.0) ** 12))
+
+    start = (0.6, 0.0)
+    motion = Free(density=1.0, velocity=(0.0, rate * start[0]), spin=rate)
+    flow = made(disk(motion, start), nodes=16, reach=2.75, viscosity=1e-3)
+    state, found = go(flow, 1.0, 0.1, flow.start(vorticity=vorticity))
+    turned = rate * 1.0
+    place = 0.6 * math.cos(turned), 0.6 * math.sin(turned)
+    assert state.poses[0].center == pytest.approx(place, abs=0.006)
+    assert found["body0_spin"] == pytest.approx(rate, rel=0.01)
+    assert found["body0_angle"][-1] == pytest.approx(turned, rel=0.01)
+    inner = np.hypot(*state.grid.points()) < 1.3
+    assert np.abs(state.vorticity[inner] / (2 * rate) - 1).max() < 0.15
+
+
 def test_a_neutrally_buoyant_disk_is_let_be_by_gravity():
     flow = made(disk(Free(density=1.0, gravity=(0.0, -9.81))))
     state, _ = go(flow, 0.2, 0.1)
