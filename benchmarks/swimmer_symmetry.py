@@ -1,4 +1,4 @@
-"""Whether a swimmer cares which way it is turned: its mirror image, and its way turned by 30 degrees.
+"""Whether a swimmer cares which way it is turned: mirrored, and turned by 30 and 90 degrees.
 
 Prints how far the centre of mass is from where the swimmer of the case puts it, in parts of the way
 gone, and the same for the angle in radians; ends with an error if a place is off by 1 % or more.
