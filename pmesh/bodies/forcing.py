@@ -41,7 +41,7 @@ RANGES = {
     "tolerance": (1e-12, 0.1),
     "iterations": (1, 1_000_000),
 }
-NEAREST = 1e-4  # of a guessed force that its markers may miss
+NEAREST = 1e-6  # of a guessed force that its markers may miss
 
 
 @dataclass(frozen=True, kw_only=True)
