@@ -1,4 +1,4 @@
-"""The same drag from two frames: a cylinder towed in still fluid, and one held in a stream: 20 s.
+"""The same drag from two frames: a cylinder towed in still fluid, and one held in a stream: 30 s.
 
 What Galileo asks of Koumoutsakos & Leonard, J. Fluid Mech. 296 (1995) 1, at Re = 550.
 """
@@ -12,7 +12,8 @@ import levelset
 import pmesh
 import remesh
 from pmesh.cases.reference import cylinder_drag
-from pmesh.cases.style import OTHERS, OURS, REFERENCE, panels, show_field, styled
+from pmesh.cases.style import OTHERS, OURS, REFERENCE, panels, styled
+from pmesh.cases.wake import draw_vorticity
 
 options = argparse.ArgumentParser(description=__doc__)
 options.add_argument("--quick", action="store_true", help="a coarse mesh and a short run")
@@ -56,7 +57,9 @@ def draw():
               label=known.source)  # fmt: skip
     left.set(title="Drag coefficient", xlabel="$T = U t / R$", xlim=(0, UNTIL), ylim=(0, 2))
     left.legend()
-    show_field(right, end["towed"].vorticity, end["towed"].grid, limit=6)
+    around = np.linspace(0, 2 * np.pi, 97)
+    circle = np.stack([np.cos(around) - UNTIL, np.sin(around)], axis=1)
+    draw_vorticity(right, end["towed"].vorticity, end["towed"].grid, 6, outlines=[circle])
     right.set(title=f"Vorticity behind the towed cylinder, $T$ = {UNTIL:g}", ylim=(-2, 2))
     right.set(xlim=(-UNTIL - 1.5, 3.0 - UNTIL / 2))
     return figure

@@ -12,7 +12,8 @@ import numpy as np
 import levelset
 import pmesh
 import remesh
-from pmesh.cases.style import OURS, REFERENCE, panels, show_field, styled
+from pmesh.cases.style import OURS, REFERENCE, panels, styled
+from pmesh.cases.wake import draw_vorticity
 
 options = argparse.ArgumentParser(description=__doc__)
 options.add_argument("--quick", action="store_true", help="a coarse mesh and one period")
@@ -60,7 +61,9 @@ def draw():
               label="Morison's, published coefficients")  # fmt: skip
     left.set(title="Force coefficient", xlabel="$t / T$", ylim=(-5, 6), xlim=(0, PERIODS))
     left.legend()
-    show_field(right, end.vorticity, end.grid, limit=5)
+    around = np.linspace(0, 2 * math.pi, 97)
+    circle = 0.5 * np.stack([np.cos(around), np.sin(around)], axis=1) + end.poses[0].center
+    draw_vorticity(right, end.vorticity, end.grid, 5, outlines=[circle])
     right.set(title=f"Vorticity after {PERIODS} periods", xlim=(-2.5, 2.5), ylim=(-1.8, 1.8))
     return figure
 
