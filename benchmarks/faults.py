@@ -104,8 +104,8 @@ FAULTS = [
     ),
     Fault(
         "a stage sampled at home instead of where the particle is", "pmesh/vortex/schemes.py",
-        "sample_nodes(velocity_of(stage.field), moved, grid, kernel, threads=threads)",
-        "velocity_of(stage.field)", "schemes flow",
+        "sample_nodes(velocity_of(stage.field, sum(row)), moved, grid, kernel, threads=threads)",
+        "velocity_of(stage.field, sum(row))", "schemes flow",
     ),
     Fault(
         "what crosses an edge is not counted", "pmesh/vortex/flow.py",
@@ -117,28 +117,25 @@ FAULTS = [
         "-float(along_x @ x) * grid", "float(along_x @ x) * grid", "ledger flow constraint",
     ),
     Fault(
-        "drag of the wrong sign", "pmesh/vortex/constraint.py",
-        "loads.append(tuple(-own.sum(", "loads.append(tuple(own.sum(", "constraint",
+        "drag of the wrong sign", "pmesh/vortex/loads.py",
+        "(gain - sums[number, :2])", "(gain + sums[number, :2])", "constraint",
     ),
     Fault(
-        "drag that forgets the force of the first half step", "pmesh/vortex/flow.py",
-        "imposed.impulse if given is None else imposed.impulse + given", "imposed.impulse",
-        "constraint",
+        "drag that forgets the force of the first half step", "pmesh/vortex/passage.py",
+        "sums = sums + moments(imposed.impulse", "sums = moments(imposed.impulse", "constraint",
     ),
     Fault(
         "drag by impulse that forgets the drift of circulation", "pmesh/vortex/ledger.py",
-        "total = 0.5 * (circulation(before, grid) + circulation(after, grid))", "total = 0.0",
-        "ledger constraint",
+        "total = circulation(vorticity, grid)\n", "total = 0.0\n", "ledger constraint",
     ),
     Fault(
         "a force that forgets the body's own velocity", "pmesh/bodies/penalise.py",
-        "root * (mask.velocity - velocity - induced)", "root * (-velocity - induced)",
-        "penalise constraint",
+        "(mask.velocity.astype(dtype, copy=False) - velocity)", "(-velocity)", "penalise constraint",
     ),
     Fault(
         "a slip residual that looks smaller than it is", "pmesh/bodies/penalise.py",
-        "float(np.sqrt(norm / weight)) / speed, count)",
-        "0.1 * float(np.sqrt(norm / weight)) / speed, count)", "penalise constraint",
+        "residual=float(np.sqrt(found.residual / weight)) / speed",
+        "residual=0.1 * float(np.sqrt(found.residual / weight)) / speed", "penalise constraint",
     ),
     Fault(
         "a wall that acts where chi is one half", "pmesh/vortex/constraint.py",
@@ -188,6 +185,50 @@ FAULTS = [
         "a config typo accepted in silence", "pmesh/cases/options.py",
         'raise unknown("option", name, known)\n    return', "values = {}\n    return",
         "case cli",
+    ),
+    Fault(
+        "a free body forgets the momentum it has", "pmesh/bodies/freedom.py",
+        "push.append((excess * speed + impulses", "push.append((impulses", "freedom passage",
+    ),
+    Fault(
+        "the force of a moving body forgets the fluid in its place", "pmesh/vortex/loads.py",
+        "force=tuple(float(x) for x in (gain - sums", "force=tuple(float(x) for x in (-sums",
+        "passage freedom routes",
+    ),
+    Fault(
+        "the last force's impulse is not taken from a free body", "pmesh/vortex/passage.py",
+        "after.mask(), self.push - sums)", "after.mask(), self.push)", "passage freedom",
+    ),
+    Fault(
+        "free bodies are foreseen by Euler's rule", "pmesh/bodies/freedom.py",
+        "share = dt / past if past > 0 else 0.0", "share = 0.0", "freedom",
+    ),
+    Fault(
+        "a deformation keeps its momentum on the mesh", "pmesh/bodies/mask.py",
+        "change = change - _motion(drift, points, pose)", "change = change + 0.0", "mask",
+    ),
+    Fault(
+        "a shape does not move with what its deformation lost", "pmesh/bodies/freedom.py",
+        "for x in speed - drift]", "for x in speed]", "freedom passage outer",
+    ),
+    Fault(
+        "swelling bodies take in fluid", "pmesh/spectral/velocity.py",
+        "[[_term(0, table, name, -1)] for table, name",
+        "[[_term(0, table, name, 1)] for table, name", "velocity outer",
+    ),
+    Fault(
+        "the wake that left pushes the wrong way", "pmesh/vortex/window.py",
+        "flux = -float(np.dot(gone, wind))", "flux = float(np.dot(gone, wind))", "window",
+    ),
+    Fault(
+        "the torque has the other hand", "pmesh/vortex/loads.py",
+        "torque=float(turn - sums[number, 2])", "torque=float(turn + sums[number, 2])",
+        "routes passage constraint",
+    ),
+    Fault(
+        "a prescribed velocity from differences of first order", "pmesh/bodies/motion.py",
+        "STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))",
+        "STENCIL = ((0, -1.0), (1, 1.0))", "motion",
     ),
 ]  # fmt: skip
 

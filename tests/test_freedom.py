@@ -136,3 +136,12 @@ def test_found_velocities_reach_free_coordinates_and_locked_ones_are_at_rest():
     assert (moved.velocity, moved.spin) == ((1.5, 0.0), (-0.5,))
     assert (still.velocity, still.spin) == ((0.0, 0.0), (0.0,))
     assert moved.center == poses[0].center
+
+
+def test_a_shape_moves_with_what_its_deformation_lost_on_the_mesh():
+    """Matter moves with the found velocity and the deformation less its drift; so must the edge."""
+    bodies = (free(),)
+    seen = mask(bodies, [pose()])._replace(drift=(np.array([0.3, -0.2, 0.7]),))
+    (there,) = arrived(bodies, [pose(time=0.1)], seen, (1.0, 2.0, 3.0))
+    np.testing.assert_allclose(there.velocity, (0.7, 2.2))
+    np.testing.assert_allclose(there.spin, (2.3,))
