@@ -18,6 +18,7 @@ from remesh.grid import Grid
 
 Array = NDArray[np.floating[Any]]
 FADING = 30.0  # decay over a fading zone that is passed at the wind's speed: exp(-FADING / 3)
+CORE = 0.75  # body lengths, of the Gaussian source and vortex beyond: bodies feel potential flow
 MEMORY = 4.0  # crossings of the fading zone over which the deficit is averaged
 
 
@@ -129,7 +130,8 @@ class Window:
         place = center + unit * self._reach(length, unit)
         x, y = grid.axes()
         arm_x, arm_y = (x - place[0])[:, None], (y - place[1])[None, :]
-        scale = 1.0 / (2 * math.pi) / (arm_x**2 + arm_y**2 + length**2)
+        square = np.maximum(arm_x**2 + arm_y**2, 1e-6 * length**2)
+        scale = -np.expm1(-0.5 * square / (CORE * length) ** 2) / (2 * math.pi * square)
         source, vortex = deficit * scale, circulation * scale
         return np.stack([source * arm_x - vortex * arm_y, source * arm_y + vortex * arm_x])
 
