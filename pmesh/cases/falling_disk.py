@@ -162,6 +162,8 @@ class FallingDisk(Case):
             speed = float(np.sum((fall.speed * fall.dt)[last]) / np.sum(fall.dt[last]))
             source = DRAGS[self.reynolds][1]
             found.append(Metric("terminal speed", speed, 1.0, 0.04, "B", source))
+            drag = float(np.sum((fall.force * fall.dt)[last]) / np.sum(fall.dt[last]))
+            found.append(Metric("drag coefficient there", 2 * drag / speed**2, kind="report"))
             gain = float(fall.speed[last][-1] - fall.speed[last][0])
             found.append(Metric("its change over the last tenth", gain, kind="report"))
         return found + self._itself(outcome, fall)
