@@ -17,7 +17,7 @@ from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 
 Array = NDArray[np.floating[Any]]
-FADING = 30.0  # decay over a fading zone that is passed at the wind's speed: exp(-FADING / 3)
+FADING = 60.0  # decay over a fading zone that is passed at the wind's speed: exp(-FADING / 3)
 CORE = 0.75  # body lengths, of the Gaussian source and vortex beyond: bodies feel potential flow
 MEMORY = 4.0  # crossings of the fading zone over which the deficit is averaged
 
