@@ -28,7 +28,9 @@ if TYPE_CHECKING:
     from pmesh.run.protocols import Watcher
 
 Values = NDArray[np.float64]
-GROWTH = (1.0, 4.0)  # half chords of travel between which the growth of the lift is judged
+GROWTH = (1.0, 3.0)  # half chords of travel between which the growth of the lift is judged
+GROWN = 0.05  # by which it may differ: at Re = 1000, to 10 degrees, it does by 2 %; the lift itself
+# is 7 to 9 % below the inviscid one, for the boundary layer, and from s = 3 on ever more
 SMOOTH = 0.1  # half chords over which a lift at a time is a mean
 SETTLED = 0.25  # half chords of travel after which the routes are compared
 
@@ -37,7 +39,8 @@ SETTLED = 0.25  # half chords of travel after which the routes are compared
 class AirfoilStart(Case):
     """A four-digit aerofoil at an angle to a stream that begins at once.
 
-    Lengths in chords, velocities in the free stream's. Time t is a travel of 2 t half chords.
+    Lengths in chords, velocities in the free stream's. Time t is a travel of 2 t half chords. The
+    mesh does not see the trailing edge where it is thinner than three spacings or so.
     """
 
     until: float = option(3.0, "end of the run", unit="c/U")
@@ -124,11 +127,10 @@ class AirfoilStart(Case):
                 name = f"lift over the steady inviscid one, s = {travel:g}"
                 found.append(Metric(name, part, float(wagner(travel)), None, "A", WAGNER, "report"))
         if len(found) == 2:
-            growth, known = (lift.value for lift in found[::-1]), wagner(np.array(GROWTH))
-            ours = next(growth) / next(growth)
+            ours, known = found[1].value / found[0].value, wagner(np.array(GROWTH))
             found.append(
                 Metric(f"growth of the lift from s = {first:g} to {last:g}", ours,
-                       float(known[1] / known[0]), 0.1, "A", WAGNER)
+                       float(known[1] / known[0]), GROWN, "A", WAGNER)
             )  # fmt: skip
         held = np.abs(series["circulation"] + series["lost_circulation"])
         late = 2 * routes.time > SETTLED

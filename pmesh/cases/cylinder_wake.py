@@ -59,12 +59,14 @@ class CylinderWake(Case):
     round-off to grow. The wake leaves through the end of a window.
     """
 
-    until: float = option(120.0, "end of the run", unit="D/U")
+    until: float = option(100.0, "end of the run", unit="D/U")
     reynolds: float = option(100.0, "Reynolds number U D / nu, from 20 to 400")
-    nodes: int = option(32, "mesh nodes per diameter")
+    nodes: int | None = option(
+        None, "mesh nodes per diameter; 24, and 32 at Re > 150, if not given"
+    )
     ahead: float = option(3.0, "window ahead of the cylinder's centre", unit="D")
     beside: float = option(4.0, "window to each side", unit="D")
-    behind: float = option(16.0, "window behind", unit="D")
+    behind: float = option(12.0, "window behind", unit="D")
     fade: float = option(1.0, "width of the zone where vorticity fades", unit="D")
     wake: bool = option(True, "let the wake that left act on as a source")
     kick: float | None = option(
@@ -84,13 +86,19 @@ class CylinderWake(Case):
         """Refuse what is outside the case, a body of too few nodes and a window without room."""
         super().__post_init__()
         self.require(20 <= self.reynolds <= 400, "reynolds", "between 20 and 400")
-        self.require(self.nodes >= 12, "nodes", "at least 12 per diameter")
+        few = self.nodes is None or self.nodes >= 12
+        self.require(few, "nodes", "at least 12 per diameter", "--nodes 24")
         self.positive("fade", "deformation", "every")
         for name in ("ahead", "beside", "behind"):
             least = 1.0 + self.fade
             self.require(least <= getattr(self, name) <= 200, name, f"from {least:g} to 200")
         little = self.kick is None or abs(self.kick) <= 2
         self.require(little, "kick", "at most 2", "--kick 0.2")
+
+    @property
+    def cells(self) -> int:
+        """Mesh nodes per diameter."""
+        return self.nodes or (24 if self.reynolds <= 150 else 32)
 
     @property
     def sheds(self) -> bool:
@@ -114,8 +122,8 @@ class CylinderWake(Case):
         from pmesh.vortex.flow import VortexFlow
         from pmesh.vortex.window import Window
 
-        h = 1.0 / self.nodes
-        cells = 8 * math.ceil(1.0 * self.nodes / 8)
+        h = 1.0 / self.cells
+        cells = 8 * math.ceil(self.cells / 8)
         grid = Grid((3 * cells, 2 * cells), h, ((0.5 - cells) * h,) * 2)
         flow = VortexFlow(
             grid=grid,
@@ -231,7 +239,7 @@ class CylinderWake(Case):
         self._draw_wake(field, outcome)
         name_panels([forces, side, field])
         figure.suptitle(
-            f"{self.title}, Re = {self.reynolds:g}: {self.nodes} nodes per diameter, "
+            f"{self.title}, Re = {self.reynolds:g}: {self.cells} nodes per diameter, "
             f"window {self.behind:g} D behind",
             fontsize=11,
         )
