@@ -101,6 +101,11 @@ class CylinderWake(Case):
         return self.nodes or (24 if self.reynolds <= 150 else 32)
 
     @property
+    def layer(self) -> float:
+        """Thickness of the boundary layer, D / sqrt(Re), in spacings."""
+        return self.cells / math.sqrt(self.reynolds)
+
+    @property
     def sheds(self) -> bool:
         """Whether the wake sheds vortices."""
         return self.reynolds > ONSET
@@ -194,7 +199,7 @@ class CylinderWake(Case):
             Metric("lift amplitude, uncertainty", cycle.amplitude.uncertainty, kind="report"),
             Metric("Strouhal number, uncertainty", cycle.frequency.uncertainty, kind="report"),
             Metric("whole cycles", float(cycle.cycles), kind="report"),
-            *routes.metrics(cycle),
+            *routes.metrics(cycle, self.layer),
         ]
 
     def _steady(self, routes: Routes, outcome: Outcome) -> list[Metric]:
@@ -208,7 +213,7 @@ class CylinderWake(Case):
             self._beside("drag", mean, judged=settled),
             self._beside("recirculation", self.recirculation(outcome), judged=settled),
             Metric(f"drag's change over the last {1 - LATE:.0%}", slope, kind="report"),
-            *routes.apart("drag", late),
+            *routes.apart("drag", late, self.layer),
         ]
 
     def _beside(self, quantity: str, value: float, *, judged: bool = True) -> Metric:

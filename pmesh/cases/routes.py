@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.run.summary import Metric
+from pmesh.run.summary import Kind, Metric
 
 if TYPE_CHECKING:
     from pmesh.run.statistics import Cycle, Statistics
@@ -22,7 +22,8 @@ ROUTES = {  # columns of the series, in order of trust
     "control volume": "body0_flux_force_",
     "traction": "body0_surface_force_",
 }
-MAIN = "momentum"
+MAIN, TRACTION = "momentum", "traction"
+SEEN = 4.0  # spacings in the boundary layer, D / sqrt(Re), from where traction is accurate
 MEANS, AMPLITUDES = 0.015, 0.03  # of the main route's, by which others may differ
 
 
@@ -92,25 +93,35 @@ class Routes:
         inner = edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0, 1, 128)
         return float(0.5 * np.mean(np.ptp(curve.at(inner), axis=1)))
 
-    def metrics(self, cycle: Cycle) -> list[Metric]:
-        """How far the routes are apart over the cycles: mean drag, amplitude of the lift."""
+    def metrics(self, cycle: Cycle, layer: float) -> list[Metric]:
+        """How far the routes are apart over the cycles: mean drag, amplitude of the lift.
+
+        ``layer``: the boundary layer's thickness in spacings, by which traction is judged or not.
+        """
         found = []
         drag, lift = self.mean("drag", cycle), self.amplitude("lift", cycle)
         for route in self.others("drag"):
             mean = abs(self.mean("drag", cycle, route) / drag - 1.0)
             wide = abs(self.amplitude("lift", cycle, route) / lift - 1.0)
+            kind = _kind(route, layer)
             found += [
-                Metric(f"mean drag, {route} and {MAIN} apart", mean, 0.0, MEANS, kind="absolute"),
+                Metric(f"mean drag, {route} and {MAIN} apart", mean, 0.0, MEANS, kind=kind),
                 Metric(f"lift amplitude, {route} and {MAIN} apart", wide, 0.0, AMPLITUDES,
-                       kind="absolute"),
+                       kind=kind),
             ]  # fmt: skip
         return found
 
-    def apart(self, component: str, when: NDArray[np.bool_]) -> list[Metric]:
-        """How far the routes are apart in a part of the run."""
+    def apart(self, component: str, when: NDArray[np.bool_], layer: float) -> list[Metric]:
+        """How far the routes are apart in a part of the run; ``layer`` as in :meth:`metrics`."""
         main = self.of_main(component)[when]
         return [
             Metric(f"{component}, {route} and {MAIN} apart",
-                   float(np.abs(curve[when] / main - 1.0).max()), 0.0, MEANS, kind="absolute")
+                   float(np.abs(curve[when] / main - 1.0).max()), 0.0, MEANS,
+                   kind=_kind(route, layer))
             for route, curve in self.others(component).items()
         ]  # fmt: skip
+
+
+def _kind(route: str, layer: float) -> Kind:
+    """Traction is judged only where the mesh sees the layer that it reads."""
+    return "report" if route == TRACTION and layer < SEEN else "absolute"
