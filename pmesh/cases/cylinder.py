@@ -34,6 +34,7 @@ SHORT = 0.25  # the short-time law is compared before this time T
 INERTIAL = 550.0  # Reynolds number from which its inertial terms are meant
 ALLOWED = {550.0: 0.04, 3000.0: 0.06}  # part of the published drag; 0.05 for others
 STEPS = 5  # of the start, which no comparison counts
+FLAT = 0.1  # part of the time around an extreme that tells where it is
 LAYER = 0.6  # sqrt(nu t) over the spacing, from where a boundary layer can be seen
 LINEAR = "unsteady Stokes flow, exact"
 LAW = "unsteady Stokes flow (exact) with inertial terms of Bar-Lev & Yang 1975"
@@ -265,7 +266,16 @@ class Cylinder(Case):
 
 
 def _extreme(drag: Drag, first: float, last: float, pick: Any) -> tuple[float, float]:
-    """Time and value of the smallest or largest drag between two times."""
+    """Time and value of the smallest or largest drag between two times.
+
+    From the parabola through a tenth of the time around it: a flat extreme is lost in small noise.
+    """
     inside = (drag.time > first) & (drag.time < last)
-    place = int(pick(drag.momentum[inside]))
-    return float(drag.time[inside][place]), float(drag.momentum[inside][place])
+    place = float(drag.time[inside][int(pick(drag.momentum[inside]))])
+    reach = FLAT * place
+    near = inside & (np.abs(drag.time - place) < reach)
+    if near.sum() < 5:
+        return place, float(np.interp(place, drag.time, drag.momentum))
+    bend, slope, height = np.polyfit(drag.time[near] - place, drag.momentum[near], 2)
+    shift = float(np.clip(-0.5 * slope / bend, -reach, reach)) if bend else 0.0
+    return place + shift, float(height + slope * shift + bend * shift**2)
