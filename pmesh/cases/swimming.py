@@ -47,8 +47,10 @@ class Swimming(Case):
     viscosity: float = option(VISCOSITY, "kinematic viscosity", unit="L^2/T")
     deformation: float = option(0.25, "largest dt * max|grad u|")
     kernel: str = option("M6'", "remeshing kernel")
-    strength: float = option(1000.0, "penalisation lambda h^2 / nu")
-    width: float = option(1.5, "half width of the bodies' indicator", unit="h")
+    strength: float | None = option(
+        None, "penalisation lambda h^2 / nu; the flow's default if not given"
+    )
+    width: float | None = option(None, "half width of the bodies' indicator; likewise", unit="h")
     tolerance: float = option(1e-5, "slip residual of the penalisation")
     wake: float | None = option(None, "wake that is kept; all of it if not given", unit="L")
     every: float = option(0.25, "time between snapshots", unit="T")
@@ -88,6 +90,12 @@ class Swimming(Case):
         from pmesh.bodies.penalise import Penalisation
         from pmesh.vortex.flow import VortexFlow
 
+        usual = Penalisation()
+        held = Penalisation(
+            strength=self.strength or usual.strength,
+            width=self.width or usual.width,
+            tolerance=self.tolerance,
+        )
         return VortexFlow(
             grid=start_grid(bodies, self.spacing),
             viscosity=self.viscosity,
@@ -96,9 +104,7 @@ class Swimming(Case):
             kernel=self.kernel,
             domain="follow",
             window=self.window(bodies),
-            penalisation=Penalisation(
-                strength=self.strength, width=self.width, tolerance=self.tolerance
-            ),
+            penalisation=held,
         )
 
     def window(self, bodies: Sequence[Swimmer]) -> Window | None:
