@@ -284,3 +284,28 @@ def test_a_pair_may_swim_without_the_one_alone(tmp_path):
     case = SwimmerPair(until=0.03, alone=False, every=0.03, nodes=104)
     report = run_case("swimmer-pair", case, tmp_path / "run")
     assert not [m for m in report.metrics if "alone" in m.name]
+
+
+# --- resumption
+
+
+@pytest.mark.parametrize(
+    ("name", "make"),
+    [("swimmer", SwimmerCase), ("swimmer-pair", SwimmerPair)],
+)
+def test_a_stopped_run_goes_on_bit_for_bit(tmp_path, name, make):
+    """Routes of forces too, which look back a step."""
+
+    def interrupt(moment):
+        if moment.step == 5:
+            raise KeyboardInterrupt
+
+    case = make(until=0.08, nodes=104, every=0.04)
+    whole = run_case(name, case, tmp_path / "whole").outcome
+    with pytest.raises(KeyboardInterrupt):
+        run_case(name, case, tmp_path / "parts", watch=[interrupt])
+    parts = run_case(name, case, tmp_path / "parts", resume=True).outcome
+    assert (tmp_path / "parts/series.csv").read_text() == (
+        tmp_path / "whole/series.csv"
+    ).read_text()
+    assert np.array_equal(parts.state.vorticity, whole.state.vorticity)
