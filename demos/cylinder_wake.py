@@ -33,7 +33,8 @@ def eddy(points):
     return -300 * x * np.exp(-50 * (x**2 + y**2))
 
 
-grid = remesh.Grid((3 * CELLS, 2 * CELLS), spacing=1 / CELLS, origin=(-1.0, -1.0))  # it grows
+start = 0.5 / CELLS - 1  # the centre in the middle of four nodes
+grid = remesh.Grid((3 * CELLS, 2 * CELLS), spacing=1 / CELLS, origin=(start, start))  # it grows
 cylinder = pmesh.RigidBody(levelset.shapes.Disk(radius=0.5))
 window = pmesh.Window(lower=(3, 4), upper=(12, 4))  # in diameters around the cylinder
 flow = pmesh.VortexFlow(

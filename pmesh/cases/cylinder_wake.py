@@ -61,9 +61,7 @@ class CylinderWake(Case):
 
     until: float = option(100.0, "end of the run", unit="D/U")
     reynolds: float = option(100.0, "Reynolds number U D / nu, from 20 to 400")
-    nodes: int | None = option(
-        None, "mesh nodes per diameter; 24, and 32 at Re > 150, if not given"
-    )
+    nodes: int = option(32, "mesh nodes per diameter")
     ahead: float = option(3.0, "window ahead of the cylinder's centre", unit="D")
     beside: float = option(4.0, "window to each side", unit="D")
     behind: float = option(12.0, "window behind", unit="D")
@@ -86,8 +84,7 @@ class CylinderWake(Case):
         """Refuse what is outside the case, a body of too few nodes and a window without room."""
         super().__post_init__()
         self.require(20 <= self.reynolds <= 400, "reynolds", "between 20 and 400")
-        few = self.nodes is None or self.nodes >= 12
-        self.require(few, "nodes", "at least 12 per diameter", "--nodes 24")
+        self.require(self.nodes >= 12, "nodes", "at least 12 per diameter")
         self.positive("fade", "deformation", "every")
         for name in ("ahead", "beside", "behind"):
             least = 1.0 + self.fade
@@ -96,14 +93,9 @@ class CylinderWake(Case):
         self.require(little, "kick", "at most 2", "--kick 0.2")
 
     @property
-    def cells(self) -> int:
-        """Mesh nodes per diameter."""
-        return self.nodes or (24 if self.reynolds <= 150 else 32)
-
-    @property
     def layer(self) -> float:
         """Thickness of the boundary layer, D / sqrt(Re), in spacings."""
-        return self.cells / math.sqrt(self.reynolds)
+        return self.nodes / math.sqrt(self.reynolds)
 
     @property
     def sheds(self) -> bool:
@@ -127,8 +119,8 @@ class CylinderWake(Case):
         from pmesh.vortex.flow import VortexFlow
         from pmesh.vortex.window import Window
 
-        h = 1.0 / self.cells
-        cells = 8 * math.ceil(self.cells / 8)
+        h = 1.0 / self.nodes
+        cells = 8 * math.ceil(self.nodes / 8)
         grid = Grid((3 * cells, 2 * cells), h, ((0.5 - cells) * h,) * 2)
         flow = VortexFlow(
             grid=grid,
@@ -244,7 +236,7 @@ class CylinderWake(Case):
         self._draw_wake(field, outcome)
         name_panels([forces, side, field])
         figure.suptitle(
-            f"{self.title}, Re = {self.reynolds:g}: {self.cells} nodes per diameter, "
+            f"{self.title}, Re = {self.reynolds:g}: {self.nodes} nodes per diameter, "
             f"window {self.behind:g} D behind",
             fontsize=11,
         )
