@@ -12,7 +12,7 @@ import numpy as np
 from pmesh.cases.case import Outcome
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
-from pmesh.cases.swimming import COUNTED, KERN, VISCOSITY, Swimming, draw_wake, draw_ways
+from pmesh.cases.swimming import COUNTED, KERN, VISCOSITY, Stages, Swimming, draw_wake, draw_ways
 from pmesh.cases.track import Track, deformation_drift, disagreement, efficiency, imbalance
 from pmesh.run.summary import Metric
 
@@ -44,7 +44,7 @@ class SwimmerCase(Swimming):
 
     title: ClassVar[str] = "Self-propelled swimmer"
     source: ClassVar[str] = KERN
-    short: ClassVar[Mapping[str, Any]] = {"nodes": 112, "until": 2.0}
+    short: ClassVar[Mapping[str, Any]] = {"nodes": 112, "until": 1.5}
 
     def __post_init__(self) -> None:
         """Refuse a tether across its way."""
@@ -168,13 +168,14 @@ class SwimmerCase(Swimming):
         from matplotlib.figure import Figure
 
         track = Track.read(outcome.series)
-        figure = Figure(figsize=(9.6, 10.4), layout="constrained")
-        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 2.9)).ravel()
+        stages = Stages.of(outcome, [0.25 * self.until, 0.5 * self.until, self.until])
+        figure = Figure(figsize=(9.6, 2.8 + stages.height), layout="constrained")
+        ratios = (2.8, stages.height)
+        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=ratios).ravel()
         speeds, way = top.subplots(1, 2, width_ratios=(1.6, 1.0))
         self._draw_speeds(speeds, track)
         draw_ways(way, [track])
-        times = [0.25 * self.until, 0.5 * self.until, self.until]
-        fields = draw_wake(below, outcome, [(outcome.flow.bodies[0], track)], times)
+        fields = draw_wake(below, stages, [(outcome.flow.bodies[0], track)])
         name_panels([speeds, way, *fields])
         figure.suptitle(
             rf"{self.title}, {self.gait}, $L^2/\nu T$ = {1 / self.viscosity:.0f}: "

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pmesh.cases.case import Outcome
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, name_panels, styled
-from pmesh.cases.swimming import Swimming, draw_wake, draw_ways
+from pmesh.cases.swimming import Stages, Swimming, draw_wake, draw_ways
 from pmesh.cases.track import Track
 from pmesh.cases.twins import Twins
 from pmesh.run.summary import Metric
@@ -44,7 +44,7 @@ class SwimmerPair(Swimming):
     alone: bool = option(True, "swims the leader alone too, beside it")
 
     title: ClassVar[str] = "Two swimmers in tandem"
-    short: ClassVar[Mapping[str, Any]] = {"nodes": 104, "until": 1.25}
+    short: ClassVar[Mapping[str, Any]] = {"nodes": 104, "until": 1.0}
 
     def __post_init__(self) -> None:
         """Refuse swimmers that lie in each other."""
@@ -111,15 +111,16 @@ class SwimmerPair(Swimming):
         from matplotlib.figure import Figure
 
         tracks = self.tracks(outcome)
-        figure = Figure(figsize=(9.6, 9.0), layout="constrained")
-        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 2.2)).ravel()
+        stages = Stages.of(outcome, [0.25 * self.until, 0.5 * self.until, self.until])
+        figure = Figure(figsize=(9.6, 2.8 + stages.height), layout="constrained")
+        ratios = (2.8, stages.height)
+        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=ratios).ravel()
         speeds, way = top.subplots(1, 2, width_ratios=(1.6, 1.0))
         self._draw_speeds(speeds, tracks)
         draw_ways(way, [tracks["leader"], tracks["follower"]])
         bodies: Sequence[Body] = (outcome.flow.first if self.alone else outcome.flow).bodies
-        times = [0.25 * self.until, 0.5 * self.until, self.until]
         swimmers = list(zip(bodies, [tracks["leader"], tracks["follower"]], strict=True))
-        fields = draw_wake(below, outcome, swimmers, times)
+        fields = draw_wake(below, stages, swimmers)
         name_panels([speeds, way, *fields])
         figure.suptitle(
             f"{self.title}, {self.gait}, {self.distance:g} L apart, follower's phase "

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from pmesh.cases.case import Case, Outcome
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS
 from pmesh.cases.track import Track
+from pmesh.cases.wake import Window as Part
 from pmesh.cases.wake import colour_limit, draw_vorticity, frame, plane, window
 from remesh.grid import Grid
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from pmesh.bodies.body import Body
     from pmesh.bodies.swimmer import Swimmer
+    from pmesh.run.snapshots import Snapshot
     from pmesh.vortex.flow import VortexFlow
     from pmesh.vortex.window import Window
 
@@ -35,6 +37,7 @@ ROOM = 0.2  # [L] of mesh around the bodies at the start
 FEWEST = 104  # nodes per length at which the body is the eight spacings thick it has to be
 AHEAD = 2.5  # [L] of mesh before and beside the bodies, where a window cuts the wake
 FADE = 0.5  # [L] over which it fades
+PAGE, TALL = 8.6, 6.0  # width and height of pictures of a wake [inches]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,26 +151,56 @@ def draw_ways(panel: Axes, tracks: Sequence[Track]) -> None:
     panel.set_aspect("equal", adjustable="datalim")
 
 
+class Stages(NamedTuple):
+    """Snapshots to be drawn one beside the other: wide ones in rows, tall ones in columns."""
+
+    shots: list[Snapshot]
+    parts: list[Part]  # of the plane: the same along the wake, what is seen across it
+    limit: float  # vorticity at which colours saturate
+    tall: bool
+
+    @classmethod
+    def of(cls, outcome: Outcome, times: Sequence[float]) -> Self:
+        """The snapshots closest to some times."""
+        shots = outcome.snapshots()[1:]
+        chosen = [min(shots, key=lambda shot: abs(shot.time - t)) for t in times]
+        limit = colour_limit(chosen)
+        whole, parts = window(chosen, limit=limit), []
+        tall = whole.size[1] > whole.size[0]
+        for shot in chosen:
+            part = window([shot], limit=limit)
+            if tall:
+                parts.append(part._replace(bottom=whole.bottom, top=whole.top))
+            else:
+                parts.append(part._replace(left=whole.left, right=whole.right))
+        return cls(chosen, parts, limit, tall)
+
+    @property
+    def height(self) -> float:
+        """Of the picture, as wide as a page [inches]."""
+        if self.tall:
+            return TALL
+        rows = [part.size[1] / part.size[0] for part in self.parts]
+        return min(PAGE * sum(rows) + 0.4 * len(rows) + 0.2, 2.2 * TALL)
+
+
 def draw_wake(
-    figure: SubFigure,
-    outcome: Outcome,
-    swimmers: Sequence[tuple[Body, Track]],
-    times: Sequence[float],
+    figure: SubFigure, stages: Stages, swimmers: Sequence[tuple[Body, Track]]
 ) -> list[Axes]:
-    """Vorticity and bodies at some times, to one scale, over one part of the plane."""
-    shots = outcome.snapshots()[1:]
-    chosen = [min(shots, key=lambda shot: abs(shot.time - t)) for t in times]
-    limit = colour_limit(chosen)
-    part = window(chosen, limit=limit)
-    tall = part.size[1] > part.size[0]
-    rows, columns = (1, len(chosen)) if tall else (len(chosen), 1)
-    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    for panel, shot in zip(panels, chosen, strict=True):
+    """Vorticity and bodies at some times, to one scale."""
+    n, tall = len(stages.shots), stages.tall
+    if tall:
+        widths = [part.size[0] for part in stages.parts]
+        panels = figure.subplots(1, n, sharey=True, squeeze=False, width_ratios=widths).ravel()
+    else:
+        heights = [part.size[1] for part in stages.parts]
+        panels = figure.subplots(n, 1, sharex=True, squeeze=False, height_ratios=heights).ravel()
+    for panel, shot, part in zip(panels, stages.shots, stages.parts, strict=True):
         outlines = [
             body.outlines(track.pose(track.row(shot.time)), shot.grid.spacing)[0]
             for body, track in swimmers
         ]
-        draw_vorticity(panel, plane(shot, "vorticity"), shot.grid, limit, outlines=outlines)
+        draw_vorticity(panel, plane(shot, "vorticity"), shot.grid, stages.limit, outlines=outlines)
         frame(panel, part)
         panel.set(xlabel="", ylabel="$y / L$" if panel is panels[0] or not tall else "")
         panel.set_title(f"vorticity at $t$ = {shot.time:.3g}")

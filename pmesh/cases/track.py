@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.mask import box_around, mask_of, rigid_modes
+from pmesh.bodies.mask import rigid_modes
 from pmesh.bodies.pose import Pose
-from pmesh.bodies.wall import wall_offset
+from pmesh.vortex.constraint import Wall
+from pmesh.vortex.solvers import solver_for
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -151,11 +153,15 @@ def deformation_drift(flow: VortexFlow, grid: Grid, poses: Sequence[Pose]) -> tu
 
     Sums of chi u and chi r x u over the nodes, over those of chi |u| and chi |r| |u|.
     """
-    bodies, settings, h = flow.bodies, flow.penalisation, grid.spacing
-    offset = wall_offset(settings.width, settings.strength, flow.order, flow.radius)
-    near = box_around(bodies, tuple(poses), grid, settings.width * h)
-    mask = mask_of(bodies, tuple(poses), near, settings.width * h, offset * h)
-    points, drifts = near.points(), []
+    velocity = partial(
+        solver_for, order=flow.order, radius=flow.radius, dtype=flow.dtype, threads=flow.threads
+    )
+    wall = Wall(
+        bodies=flow.bodies, poses=tuple(poses), grid=grid, viscosity=flow.viscosity,
+        settings=flow.penalisation, order=flow.order, radius=flow.radius, solver=velocity,
+    )  # fmt: skip
+    mask = wall.mask()
+    points, drifts = mask.grid.points(), []
     for number, pose in enumerate(poses):
         weight = np.where(mask.owner == number, mask.chi, 0.0)
         modes = rigid_modes(points, pose)
