@@ -138,13 +138,12 @@ FAULTS = [
         "residual=0.1 * float(np.sqrt(found.residual / weight)) / speed", "penalise constraint",
     ),
     Fault(
-        "a wall that acts where chi is one half", "pmesh/vortex/constraint.py",
-        "offset = wall_offset(settings.width, settings.strength, self.order, self.radius)",
-        "offset = 0.0", "wall constraint",
+        "a wall that acts where its ramp has its middle", "pmesh/vortex/constraint.py",
+        "return self.law(settings).offset", "return 0.0", "wall constraint",
     ),
     Fault(
         "an impulsive start that takes too much", "pmesh/vortex/constraint.py",
-        "self.order, self.radius) - SHEET", "self.order, self.radius) - 1.0", "constraint",
+        "sharp=settings.sharp) - SHEET", "sharp=settings.sharp) - 1.0", "constraint",
     ),
     Fault(
         "a restart through float32", "pmesh/run/checkpoint.py",

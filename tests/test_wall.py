@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from levelset.measure import Measure
+from pmesh.bodies.motion import Prescribed
 from pmesh.bodies.penalise import Penalisation
-from pmesh.bodies.wall import indicator, start_offset, wall_offset
+from pmesh.bodies.pose import Pose, still
+from pmesh.bodies.wall import Ramp, channel, indicator, start_offset, wall_law
 from pmesh.vortex.flow import VortexFlow
 from remesh.grid import Grid
 
@@ -28,20 +32,48 @@ class Plate:
     def ndim(self) -> int:
         return 2
 
-    @property
-    def moving(self) -> bool:
-        return False
+    deforming, solenoidal, period, length = False, True, math.inf, 1.0
 
-    def bounds(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    @property
+    def measure(self) -> Measure:
+        return Measure(volume=1.0, center=(0.0, 0.0), inertia=1.0)
+
+    @property
+    def motion(self) -> Prescribed:
+        return Prescribed(velocity=Slide(self.speed))
+
+    def placed(self) -> Pose:
+        return still((0.0, 0.0))
+
+    def start(self) -> Pose:
+        return self.motion.pose(self.placed(), 0.0)
+
+    def inertia(self, pose: Pose) -> float:
+        return 1.0
+
+    def bounds(self, pose: Pose) -> tuple[tuple[float, ...], tuple[float, ...]]:
         return (0.0, self.low), ((NODES - 1) * H, self.high)
 
-    def distance(self, points: np.ndarray, time: float) -> np.ndarray:
+    def distance(self, points: np.ndarray, pose: Pose) -> np.ndarray:
         return np.maximum(self.low - points[1], points[1] - self.high)
 
-    def velocity(self, points: np.ndarray, time: float) -> np.ndarray:
-        velocity = np.zeros_like(points)
-        velocity[0] = self.speed
-        return velocity
+    def deformation(self, points: np.ndarray, pose: Pose) -> None:
+        return None
+
+    divergence = deformation
+
+    def outlines(self, pose: Pose, step: float) -> list[np.ndarray]:
+        return []
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A law of time: the same velocity along x at all times."""
+
+    speed: float
+
+    def __call__(self, time: float) -> tuple[float, float]:
+        return self.speed, 0.0
 
 
 def couette(place: float, strength: float, dt: float = 0.05) -> tuple[float, float]:
@@ -107,11 +139,33 @@ def test_a_shifted_indicator_keeps_its_area(width):
 
 
 def test_a_stronger_wall_acts_further_out_by_less_and_less():
-    offsets = [wall_offset(1.5, strength, 8, 2.0) for strength in (10, 100, 1000, 10_000)]
+    offsets = [
+        wall_law(1.5, strength, 8, 2.0, sharp=False).offset for strength in (10, 100, 1000, 10_000)
+    ]
     assert (np.diff(offsets) > 0).all()
     assert (np.diff(offsets, 2) < 0).all()
 
 
 def test_the_offsets_do_not_change_when_asked_again():
-    assert wall_offset(1.5, 1000, 8, 2.0) == wall_offset(1.5, 1000, 8, 2.0)
-    assert start_offset(1.5, 1e3, 8, 2.0) == start_offset(1.5, 1e3, 8, 2.0)
+    assert (
+        wall_law(1.5, 1000, 8, 2.0, sharp=False).offset
+        == wall_law(1.5, 1000, 8, 2.0, sharp=False).offset
+    )
+    assert start_offset(1.5, 1e3, 8, 2.0, sharp=False) == start_offset(
+        1.5, 1e3, 8, 2.0, sharp=False
+    )
+
+
+@pytest.mark.parametrize("strength", [100.0, 1000.0])
+def test_the_place_between_nodes_moves_a_sharp_wall_by_a_fortieth_of_a_spacing(strength):
+    law = wall_law(2.5, strength, 8, 2.0, sharp=True)
+    wall = Ramp(2.5, strength, 8, 2.0, True)
+    outside, beside = np.transpose([channel(s, wall, law.blur) for s in np.arange(8) / 8])
+    assert np.abs(outside - law.offset).max() < 1 / 40
+    assert np.abs(beside).max() < 0.01
+    assert abs(beside.mean()) < 1e-3
+
+
+def test_fluid_passes_beside_a_wall_that_does_not_feel_its_blur():
+    assert channel(0.0, Ramp(2.5, 1000.0, 8, 2.0, True), 0.0)[1] > 0.05
+    assert wall_law(1.5, 1000.0, 8, 2.0, sharp=False).blur == 0.0

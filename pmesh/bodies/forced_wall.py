@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.markers import KERNEL
-from pmesh.bodies.wall import _curl_ratio, _matrix, _regularisation
+from pmesh.bodies.wall import curl_ratio, matrix, regularisation
 from remesh.kernels import get_kernel
 
 Values = NDArray[np.float64]
@@ -65,15 +65,15 @@ def _channel(
     k, weights = _line(shift)
     nodes = np.arange(NODES, dtype=np.float64)
     inverse = np.where(k == 0, 0.0, 1.0 / np.where(k == 0, 1.0, k) ** 2)
-    zeta, felt = _regularisation(k, order, radius), 1.0 + 2.0 * sharp * (1.0 - np.cos(k))
+    zeta, felt = regularisation(k, order, radius), 1.0 + 2.0 * sharp * (1.0 - np.cos(k))
     push = np.exp(-0.5 * ((nodes - NODES / 2) / DRIVE) ** 2)
-    free = _matrix(zeta * inverse) @ (push / push.sum())
-    response = _matrix(zeta * _curl_ratio(k) * inverse) @ weights.T
+    free = matrix(zeta * inverse) @ (push / push.sum())
+    response = matrix(zeta * curl_ratio(k) * inverse) @ weights.T
     count = len(weights)
     system = np.ones((count + 1, count + 1))  # a mean flow, and forces that balance the drive
-    system[:count, :count] = weights @ _matrix(felt) @ response + np.eye(count) / strength
+    system[:count, :count] = weights @ matrix(felt) @ response + np.eye(count) / strength
     system[count, count] = 0.0
-    *q, mean = np.linalg.solve(system, np.append(-weights @ _matrix(felt) @ free, -1.0))
+    *q, mean = np.linalg.solve(system, np.append(-weights @ matrix(felt) @ free, -1.0))
     u = free + mean + response @ np.array(q)
     near = slice(SOLID + 14, NODES // 2 - 14)
     lower = np.polyfit(nodes[near], u[near], 1)
@@ -87,7 +87,7 @@ def _channel(
 def _sheet(shift: float, rate: float, order: int, radius: float) -> float:
     """Place of the sheet on one wall outside its first marker, from the momentum lost."""
     k, weights = _line(shift)
-    felt = weights @ _matrix(_regularisation(k, order, radius) * _curl_ratio(k)) @ weights.T
+    felt = weights @ matrix(regularisation(k, order, radius) * curl_ratio(k)) @ weights.T
     q = np.linalg.solve(felt + np.eye(len(felt)) / rate, np.ones(len(felt)))
     return float(0.5 * q.sum() * (1.0 + 1.0 / rate) - SOLID)
 

@@ -34,16 +34,24 @@ class Mask(NamedTuple):
 
 @lru_cache(maxsize=8)
 def mask_of(
-    bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, width: float, offset: float
+    bodies: tuple[Body, ...],
+    poses: tuple[Pose, ...],
+    grid: Grid,
+    width: float,
+    offset: float,
+    sharp: bool = False,
 ) -> Mask:
     """Bodies on a box: the indicator of ``distance < -offset`` over +-``width`` [L], and owners.
+
+    ``sharp``: the square of that indicator.
 
     The deformation of a free body has no linear and no angular momentum on the mesh, to round-off:
     what it has is taken from it and told as ``drift``; locked coordinates keep theirs.
     """
     points = grid.points()
     owner, distance = _nearest(bodies, at_rest(poses), grid)
-    chi = indicator(distance + offset, width)
+    ramp = indicator(distance + offset, width)
+    chi, root = (ramp**2, ramp) if sharp else (ramp, np.sqrt(ramp))
     velocity, drifts = np.zeros_like(points), []
     for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
         own = owner == number
@@ -59,7 +67,7 @@ def mask_of(
             matter = matter + change
         velocity = np.where(own, matter, velocity)
         drifts.append(drift)
-    return Mask(grid, chi, np.sqrt(chi), owner, velocity, tuple(drifts))
+    return Mask(grid, chi, root, owner, velocity, tuple(drifts))
 
 
 @lru_cache(maxsize=4)

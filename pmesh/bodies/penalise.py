@@ -50,12 +50,16 @@ class Penalisation:
     ``strength`` = lambda h^2/nu sets the Brinkman layer, h / sqrt(strength) thick: a larger one
     slips less and costs more iterations. ``width``: half width of the body's indicator in spacings.
     ``tolerance``: slip residual, root mean square over the body relative to the reference speed.
+    ``sharp``: the indicator is the square of its ramp, and no fluid passes beside the wall; with
+    width 2.5 and strength 1e4 the drag then converges with almost second order, at two to three
+    times the iterations. Not for bodies thinner than about 16 spacings.
     """
 
     strength: float = 1000.0
     width: float = 1.5
     tolerance: float = 1e-5
     iterations: int = 500
+    sharp: bool = False
 
     def __post_init__(self) -> None:
         """Refuse values that cannot hold a body."""
@@ -105,20 +109,22 @@ def penalise(
     settings: Penalisation,
     guess: Array | None = None,
     freedom: Freedom | None = None,
+    blur: float = 0.0,
 ) -> Imposed:
     """Hold the fluid to the bodies over a time tau.
 
     ``velocity``: at the end of the step without the force, on the mask's box [L/T]; ``rate`` =
     lambda tau; ``spread`` = viscosity * tau [L^2]; ``speed``: the reference [L/T]; ``guess``: an
-    impulse density to begin from; ``freedom``: of bodies that follow the fluid. The sum of the
+    impulse density to begin from; ``freedom``: of bodies that follow the fluid; ``blur``: b of the
+    velocity ``u + b h^2 laplace(u)`` that takes the place of u in the law. The sum of the
     impulse is the momentum given to the fluid; along free modes it is exact to round-off. Stops
     when the residual is within ``settings.tolerance * speed``; raises BlowUpError if it never is.
     """
     dtype = velocity.dtype
-    system = _System(mask, solver, rate, spread, freedom or _held(velocity))
+    system = _System(mask, solver, rate, spread, freedom or _held(velocity), blur)
     weight = max(float(mask.chi.sum(dtype=np.float64)), 1.0)
     target = weight * (settings.tolerance * speed) ** 2
-    known = system.root * (mask.velocity.astype(dtype, copy=False) - velocity)
+    known = system.root * (mask.velocity.astype(dtype, copy=False) - system.felt_of(velocity))
     begin = system.begin(guess, velocity)
     rest = system.joined(known, system.push()) - system.apply(begin)
     found = solve(system.apply, begin, rest, target=target, iterations=settings.iterations)
@@ -130,9 +136,14 @@ def penalise(
             hint="a smaller penalisation strength, or a larger tolerance",
         )
     g, values = system.parted(found.solution)
-    slip = -g / dtype.type(rate) - system.parted(found.rest)[0]
+    impulse = system.balanced(system.root * g, values)
+    if blur:
+        matter = mask.velocity + np.tensordot(values, system.freedom.modes, axes=1)
+        slip = system.root * (velocity + system.induced(impulse) - matter.astype(dtype))
+    else:
+        slip = -g / dtype.type(rate) - system.parted(found.rest)[0]
     return Imposed(
-        impulse=system.balanced(system.root * g, values),
+        impulse=impulse,
         slip=slip,
         residual=float(np.sqrt(found.residual / weight)) / speed,
         iterations=found.iterations,
@@ -144,13 +155,19 @@ class _System:
     """The penalisation's matrix for g and, scaled, the values of the free coordinates."""
 
     def __init__(
-        self, mask: Mask, solver: VelocitySolver, rate: float, spread: float, freedom: Freedom
+        self,
+        mask: Mask,
+        solver: VelocitySolver,
+        rate: float,
+        spread: float,
+        freedom: Freedom,
+        blur: float,
     ) -> None:
         dtype = solver.dtype
         self.root = mask.root.astype(dtype, copy=False)
         self.grid, self.solver = mask.grid, solver
         self.rate, self.smoothing = rate, ("phi1", spread) if spread > 0 else None
-        self.freedom = freedom
+        self.freedom, self.blur = freedom, blur
         felt = freedom.modes.astype(dtype) * self.root
         self.shape = (len(self.grid.shape), *self.grid.shape)
         self.felt = felt.reshape(len(felt), math.prod(self.shape))
@@ -160,12 +177,26 @@ class _System:
     def apply(self, unknown: Array) -> Array:
         """The matrix times g and the scaled values."""
         g, values = self.parted(unknown)
-        image = g / g.dtype.type(self.rate) + self.root * self.induced(self.root * g)
+        image = g / g.dtype.type(self.rate) + self.root * self.felt_of(self.induced(self.root * g))
         if not len(values):
             return image.ravel()
         image = image.ravel() - values.astype(g.dtype) @ self.felt
         moments = -self.felt @ g.ravel() - self.freedom.inertia * values
         return self.joined(image, moments)
+
+    def felt_of(self, velocity: Array) -> Array:
+        """``u + blur h^2 laplace(u)`` where the neighbours are on the box."""
+        if not self.blur:
+            return velocity
+        ndim = velocity.ndim - 1
+        inner = (slice(None), *(slice(1, -1),) * ndim)
+        change = -2 * ndim * velocity[inner]
+        for axis in range(1, ndim + 1):
+            for part in (slice(None, -2), slice(2, None)):
+                change += velocity[(*inner[:axis], part, *inner[axis + 1 :])]
+        result = velocity.copy()
+        result[inner] += velocity.dtype.type(self.blur) * change
+        return result
 
     def push(self) -> Array:
         """The right side of the coordinates' momenta."""

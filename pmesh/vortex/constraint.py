@@ -11,11 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
+from pmesh.bodies.forced_wall import calibrated, sheet_retraction
+from pmesh.bodies.forcing import DirectForcing, force
+from pmesh.bodies.markers import markers_of
 from pmesh.bodies.mask import Mask, box_around, deformation_on, mask_of, moves
 from pmesh.bodies.motion import Free
 from pmesh.bodies.penalise import Freedom, Imposed, Penalisation, penalise
 from pmesh.bodies.pose import Pose
-from pmesh.bodies.wall import start_offset, wall_offset
+from pmesh.bodies.wall import Law, start_offset, wall_law
 from pmesh.spectral.velocity import VelocitySolver
 from pmesh.vortex.state import Constraint
 from remesh.grid import Grid
@@ -31,7 +34,7 @@ CARRIER = "M6'"  # kernel that carries a force along with its body
 FAINT = 1e-3  # indicator below which a carried force says nothing
 
 
-class Window(NamedTuple):
+class Overlap(NamedTuple):
     """The part of a box that lies on the mesh: its slices on the mesh and on the box."""
 
     mesh: tuple[slice, ...]
@@ -46,7 +49,7 @@ class Wall:
     poses: tuple[Pose, ...]
     grid: Grid  # the mesh
     viscosity: float
-    settings: Penalisation
+    settings: Penalisation | DirectForcing
     order: int  # of the velocity solve that the wall feels
     radius: float
     solver: Callable[[Grid], VelocitySolver]
@@ -69,11 +72,28 @@ class Wall:
     def mask(self, *, impulsive: bool = False) -> Mask:
         """The indicator, drawn in so that the flow sees the wall at distance zero."""
         settings, h = self.settings, self.grid.spacing
+        sharp = isinstance(settings, Penalisation) and settings.sharp
+        return mask_of(
+            self.bodies, self.poses, self.near, settings.width * h,
+            self.offset(impulsive=impulsive) * h, sharp,
+        )  # fmt: skip
+
+    def offset(self, *, impulsive: bool = False) -> float:
+        """How far the middle of the indicator, or the first marker, lies inside, in spacings."""
+        settings, velocity = self.settings, (self.order, self.radius)
+        if isinstance(settings, DirectForcing):
+            if impulsive:
+                return sheet_retraction(START_RATE, *velocity) - SHEET
+            return calibrated(settings.strength, *velocity).retraction
         if impulsive:
-            offset = start_offset(settings.width, START_RATE, self.order, self.radius) - SHEET
-        else:
-            offset = wall_offset(settings.width, settings.strength, self.order, self.radius)
-        return mask_of(self.bodies, self.poses, self.near, settings.width * h, offset * h)
+            return start_offset(settings.width, START_RATE, *velocity, sharp=settings.sharp) - SHEET
+        return self.law(settings).offset
+
+    def law(self, settings: Penalisation) -> Law:
+        """Where a penalised wall acts and what it feels."""
+        return wall_law(
+            settings.width, settings.strength, self.order, self.radius, sharp=settings.sharp
+        )
 
     def fastest(self) -> float:
         """Largest known speed of the bodies' matter [L/T]."""
@@ -82,10 +102,8 @@ class Wall:
 
     def start(self, velocity: Array, speed: float) -> tuple[Imposed, Array]:
         """Stop the slip of a given velocity [L/T] at once: the impulse, and its vorticity."""
-        imposed = penalise(
-            self.cut(velocity), self.launched(self.mask(impulsive=True)), self.solver(self.near),
-            rate=START_RATE, spread=0.0, speed=speed, settings=self.settings,
-        )  # fmt: skip
+        mask = self.launched(self.mask(impulsive=True))
+        imposed = self._imposed(velocity, mask, START_RATE, 0.0, speed, impulsive=True)
         return imposed, self.created(imposed.impulse, 0.0)
 
     def launched(self, mask: Mask) -> Mask:
@@ -107,9 +125,33 @@ class Wall:
         """Hold the bodies over a time tau [T]; ``velocity`` on the mesh without the force."""
         spread = self.viscosity * tau
         rate = self.settings.strength * spread / self.grid.spacing**2
-        return penalise(
-            self.cut(velocity), self.mask(), self.solver(self.near), rate=rate, spread=spread,
-            speed=speed, settings=self.settings, guess=guess, freedom=freedom,
+        return self._imposed(velocity, self.mask(), rate, spread, speed, guess, freedom)
+
+    def _imposed(
+        self,
+        velocity: Array,
+        mask: Mask,
+        rate: float,
+        spread: float,
+        speed: float,
+        guess: Array | None = None,
+        freedom: Freedom | None = None,
+        *,
+        impulsive: bool = False,
+    ) -> Imposed:
+        """What penalisation or direct forcing does on the near box."""
+        settings, given, solver = self.settings, self.cut(velocity), self.solver(mask.grid)
+        if isinstance(settings, Penalisation):
+            return penalise(
+                given, mask, solver, rate=rate, spread=spread, speed=speed, settings=settings,
+                guess=guess, freedom=freedom, blur=0.0 if impulsive else self.law(settings).blur,
+            )  # fmt: skip
+        depth = self.offset(impulsive=impulsive) * self.grid.spacing
+        wall = calibrated(settings.strength, self.order, self.radius)
+        return force(
+            given, mask, markers_of(self.bodies, self.poses, self.grid, settings.spacing, depth),
+            solver, rate=rate, spread=spread, speed=speed, settings=settings, guess=guess,
+            freedom=freedom, sharpening=0.0 if impulsive else wall.sharpening,
         )  # fmt: skip
 
     def carried(self, before: Wall, force: Array) -> Array:
@@ -157,7 +199,7 @@ class Wall:
         result[window.mesh] = vorticity[window.box]
         return result
 
-    def window(self, box: Grid) -> Window:
+    def window(self, box: Grid) -> Overlap:
         """Where a box of this mesh's lattice lies on the mesh."""
         return window_on(self.grid, box)
 
@@ -185,14 +227,14 @@ class Wall:
         )
 
 
-def window_on(grid: Grid, box: Grid) -> Window:
+def window_on(grid: Grid, box: Grid) -> Overlap:
     """Where a box lies on a mesh of the same lattice."""
     mesh, inside = [], []
     for first, n, nodes in zip(_steps(grid, box), box.shape, grid.shape, strict=True):
         low, high = max(first, 0), min(first + n, nodes)
         mesh.append(slice(low, high))
         inside.append(slice(low - first, high - first))
-    return Window(tuple(mesh), tuple(inside))
+    return Overlap(tuple(mesh), tuple(inside))
 
 
 def _steps(grid: Grid, box: Grid) -> tuple[int, ...]:

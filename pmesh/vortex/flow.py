@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
 from pmesh.bodies.contact import ContactLaw
-from pmesh.bodies.mask import moves
+from pmesh.bodies.forcing import DirectForcing
+from pmesh.bodies.mask import Mask, moves
 from pmesh.bodies.penalise import Penalisation
 from pmesh.bodies.pose import Pose
 from pmesh.spectral.velocity import VelocitySolver
@@ -73,7 +74,7 @@ class VortexFlow:
     order: int = 8  # of the Gaussian-regularised Poisson solve
     radius: float = 2.0  # of its regularisation, in spacings
     window: Window | None = None  # around the bodies, in body lengths, out of which wakes may leave
-    penalisation: Penalisation = DEFAULT
+    penalisation: Penalisation | DirectForcing = DEFAULT
     contact: ContactLaw = TOUCH  # between bodies of which one at least is free
     largest_step: float = math.inf  # upper bound of dt [T]
     dtype: Literal["float64", "float32"] = "float64"
@@ -195,6 +196,10 @@ class VortexFlow:
     def route_names(self) -> list[str]:
         """The columns of ``routes``."""
         return route_names(len(self.bodies))
+
+    def mask(self, grid: Grid, poses: tuple[Pose, ...]) -> Mask:
+        """Where the bodies are imposed at these poses, on a box of the lattice of a mesh."""
+        return self._wall_on(grid, poses).mask()
 
     def fields(self, state: State) -> Mapping[str, Array]:
         """Vorticity and velocity on the nodes; with bodies their indicator too."""
@@ -391,8 +396,11 @@ class VortexFlow:
         return Passage.planned(state, self._wall(state), self.contact, dt)
 
     def _wall(self, state: State) -> Wall:
+        return self._wall_on(state.grid, state.poses)
+
+    def _wall_on(self, grid: Grid, poses: tuple[Pose, ...]) -> Wall:
         return Wall(
-            bodies=self.bodies, poses=state.poses, grid=state.grid, viscosity=self.viscosity,
+            bodies=self.bodies, poses=poses, grid=grid, viscosity=self.viscosity,
             settings=self.penalisation, order=self.order, radius=self.radius, solver=self._solver,
         )  # fmt: skip
 

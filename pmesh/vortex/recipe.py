@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.bodies.forcing import DirectForcing
 from pmesh.bodies.mask import MARGIN, box_around
 from pmesh.bodies.penalise import Penalisation
 from pmesh.spectral.symbols import Greens
@@ -54,9 +55,9 @@ def validate(flow: VortexFlow) -> None:
     _one_of("remeshing", flow.remeshing, ("always", "distorted"))
     _one_of("domain", flow.domain, ("grow", "follow", "fixed"))
     _one_of("dtype", flow.dtype, ("float64", "float32"))
-    if not isinstance(flow.penalisation, Penalisation):
+    if not isinstance(flow.penalisation, Penalisation | DirectForcing):
         raise InputError(
-            f"penalisation must be a Penalisation, got {flow.penalisation!r}",
+            f"penalisation must be a Penalisation or a DirectForcing, got {flow.penalisation!r}",
             hint="penalisation=Penalisation(strength=1000)",
         )
     _check_bodies(flow)
