@@ -20,6 +20,7 @@ from pmesh.bodies.freedom import (
 from pmesh.bodies.mask import mask_of
 from pmesh.bodies.motion import Fixed, Free, Prescribed, Spring
 from pmesh.bodies.pose import Pose
+from pmesh.bodies.swimmer import Swimmer
 from remesh.grid import Grid
 
 DISK = Disk(0.5)
@@ -64,6 +65,32 @@ def test_laws_of_time_are_followed_exactly_and_what_is_fixed_stays():
     assert led.center == pytest.approx((math.sin(0.7), 0.343))
     assert led.angle == pytest.approx((0.7,))
     assert (still.center, still.time) == (bodies[1].start().center, 0.7)
+
+
+@pytest.mark.parametrize("kind", ["rigid", "swimmer"])
+def test_a_law_that_begins_away_from_zero_is_counted_once(kind):
+    """shift(0) and angle(0) place the body at the start; they are not added again in a step."""
+    law = Prescribed(
+        shift=lambda t: (0.3 * math.cos(t), 0.1 + t),
+        angle=lambda t: 0.5 * math.cos(2 * t),
+        velocity=lambda t: (-0.3 * math.sin(t), 1.0),
+        spin=lambda t: -math.sin(2 * t),
+    )
+    if kind == "rigid":
+        body, heading = RigidBody(DISK.moved((1.0, 2.0)), motion=law), 0.0
+    else:
+        body = Swimmer.carling(position=(1.0, 2.0), heading=0.7, motion=law)
+        heading = body.heading
+    start = body.start()
+    assert (body.placed().center, body.placed().angle) == ((1.0, 2.0), (heading,))
+    assert start.center == pytest.approx((1.3, 2.1), rel=1e-15)
+    assert start.angle == pytest.approx((heading + 0.5,))
+    there = start
+    for t in (0.1, 0.7):
+        (there,) = predicted([body], [], [there], t - there.time)
+        assert there.center == pytest.approx((1 + 0.3 * math.cos(t), 2.1 + t))
+        assert there.angle == pytest.approx((heading + 0.5 * math.cos(2 * t),))
+        assert there.velocity == pytest.approx((-0.3 * math.sin(t), 1.0))
 
 
 def test_free_coordinates_are_those_of_free_bodies_that_are_not_locked():

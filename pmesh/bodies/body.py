@@ -59,8 +59,11 @@ class Body(Protocol):
     def measure(self) -> Measure:
         """Volume, centre and second moments, in its own axes."""
 
+    def placed(self) -> Pose:
+        """Where it was put at time 0, at rest: what laws of motion count from."""
+
     def start(self) -> Pose:
-        """Where it is placed, at time 0."""
+        """Where it is at time 0, as its motion has it there."""
 
     def bounds(self, pose: Pose) -> Bounds:
         """Lower and upper corner of a box that holds the body [L]."""
@@ -130,9 +133,13 @@ class RigidBody:
         """Volume, centre and second moments of the shape."""
         return measure(self.shape)
 
+    def placed(self) -> Pose:
+        """Where the shape was put, at rest."""
+        return still(self.measure.center)
+
     def start(self) -> Pose:
-        """Where the shape was placed; a free body begins with its own velocity."""
-        return launched(still(self.measure.center), self.motion)
+        """There too, but for its motion at time 0: a law's own place, a free body's velocity."""
+        return launched(self.placed(), self.motion)
 
     def bounds(self, pose: Pose) -> Bounds:
         """Lower and upper corner of a box that holds the body [L]."""

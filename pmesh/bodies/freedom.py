@@ -24,7 +24,7 @@ def predicted(
     after = []
     for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
         if not isinstance(body.motion, Free):
-            after.append(body.motion.pose(body.start(), pose.time + dt))
+            after.append(body.motion.pose(body.placed(), pose.time + dt))
             continue
         before = earlier[number] if earlier else pose
         after.append(_glided(before, pose, dt))
@@ -128,7 +128,7 @@ def outer_impulses(
     for number, (body, old, new) in enumerate(zip(bodies, poses, after, strict=True)):
         if not isinstance(body.motion, Free):
             continue
-        motion, placed = body.motion, body.start()
+        motion, placed = body.motion, body.placed()
         if motion.gravity:
             result[number, :2] += dt * excess_inertia(body, 0) * np.asarray(motion.gravity)
         if motion.spring is None:

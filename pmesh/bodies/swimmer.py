@@ -18,7 +18,7 @@ from pmesh.bodies.gait import Gait, Section, Shape, check, shape, straight
 from pmesh.bodies.midline import Midline
 from pmesh.bodies.motion import Free, Motion
 from pmesh.bodies.outline import Eel, Foil, Larva, Outline
-from pmesh.bodies.pose import Pose
+from pmesh.bodies.pose import Pose, still
 from remesh.errors import InputError, as_number
 
 Array = NDArray[np.floating[Any]]
@@ -154,16 +154,13 @@ class Swimmer:
         """Polar moment [L^4] about the centre of mass at a time."""
         return self._shape(time).inertia * self.length**4
 
+    def placed(self) -> Pose:
+        """Where it was put, at rest."""
+        return replace(still(self.position), angle=(self.heading,))
+
     def start(self) -> Pose:
-        """Where it is placed; a free one begins with its own velocity."""
-        pose = Pose(
-            time=0.0,
-            center=self.position,
-            angle=(self.heading,),
-            velocity=(0.0, 0.0),
-            spin=(0.0,),
-        )
-        return launched(pose, self.motion)
+        """There too, but for its motion at time 0: a law's own place, a free body's velocity."""
+        return launched(self.placed(), self.motion)
 
     def bounds(self, pose: Pose) -> Bounds:
         """Lower and upper corner of a box that holds the body [L]."""
