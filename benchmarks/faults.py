@@ -130,7 +130,8 @@ FAULTS = [
     ),
     Fault(
         "a force that forgets the body's own velocity", "pmesh/bodies/penalise.py",
-        "(mask.velocity.astype(dtype, copy=False) - velocity)", "(-velocity)", "penalise constraint",
+        "(mask.velocity.astype(dtype, copy=False) - system.felt_of(velocity))",
+        "(-system.felt_of(velocity))", "penalise constraint",
     ),
     Fault(
         "a slip residual that looks smaller than it is", "pmesh/bodies/penalise.py",
@@ -217,7 +218,7 @@ FAULTS = [
     ),
     Fault(
         "the wake that left pushes the wrong way", "pmesh/vortex/window.py",
-        "flux = -float(np.dot(gone, wind))", "flux = float(np.dot(gone, wind))", "window",
+        "flux = -float(np.dot(gone.impulse", "flux = float(np.dot(gone.impulse", "window",
     ),
     Fault(
         "the torque has the other hand", "pmesh/vortex/loads.py",

@@ -14,13 +14,14 @@ from pmesh.bodies.body import Body
 from pmesh.bodies.forced_wall import calibrated, sheet_retraction
 from pmesh.bodies.forcing import DirectForcing, force
 from pmesh.bodies.markers import markers_of
-from pmesh.bodies.mask import Mask, box_around, deformation_on, mask_of, moves
+from pmesh.bodies.mask import MARGIN, Mask, box_around, deformation_on, mask_of, moves
 from pmesh.bodies.motion import Free
 from pmesh.bodies.penalise import Freedom, Imposed, Penalisation, penalise
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import Law, start_offset, wall_law
 from pmesh.spectral.velocity import VelocitySolver
 from pmesh.vortex.state import Constraint
+from remesh.errors import BlowUpError
 from remesh.grid import Grid
 from remesh.stencils import curl
 from remesh.transfer import p2m
@@ -68,6 +69,26 @@ class Wall:
         """The box that holds what the force creates after it spread by ``spread`` [L^2]."""
         reach = self.settings.width * self.grid.spacing + SPREAD * math.sqrt(2 * spread)
         return box_around(self.bodies, self.poses, self.grid, reach)
+
+    def stay(self, *, fixed: bool) -> None:
+        """Refuse bodies that crossed the end of a periodic axis, or left a mesh that is fixed."""
+        reach = (self.settings.width + MARGIN) * self.grid.spacing
+        for number, (body, pose) in enumerate(zip(self.bodies, self.poses, strict=True)):
+            for axis, wraps in enumerate(self.grid.periodic):
+                low, high = (corner[axis] for corner in body.bounds(pose))
+                start, span = self.grid.origin[axis], self.grid.length[axis]
+                if wraps and high - low > span - 2 * self.grid.spacing:
+                    continue  # from end to end: a wall
+                room = reach if fixed and not wraps else 0.0
+                if (wraps or fixed) and (low < start + room or high > start + span - room):
+                    raise BlowUpError(
+                        f"body {number} reaches from {low:.4g} to {high:.4g} along axis {axis} at "
+                        f"t = {pose.time:.4g}, out of the mesh from {start:.4g} to "
+                        f"{start + span:.4g}",
+                        hint="a larger grid"
+                        + ("" if wraps else ', or domain="follow"')
+                        + ", or a shorter run",
+                    )
 
     def mask(self, *, impulsive: bool = False) -> Mask:
         """The indicator, drawn in so that the flow sees the wall at distance zero."""

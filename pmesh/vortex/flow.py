@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pmesh.bodies.body import Body
 from pmesh.bodies.contact import ContactLaw
 from pmesh.bodies.forcing import DirectForcing
-from pmesh.bodies.mask import Mask, moves
+from pmesh.bodies.mask import Mask
 from pmesh.bodies.penalise import Penalisation
 from pmesh.bodies.pose import Pose
 from pmesh.spectral.velocity import VelocitySolver
@@ -21,15 +21,15 @@ from pmesh.vortex import ledger
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.domain import SIGNIFICANT, room
 from pmesh.vortex.limits import Limit, body_limits, ratio, tightest
-from pmesh.vortex.loads import inertia_force
+from pmesh.vortex.loads import inertia_force, load_columns
 from pmesh.vortex.outer import Outer, swelling_flow
-from pmesh.vortex.passage import Passage
+from pmesh.vortex.passage import Passage, foresee
 from pmesh.vortex.recipe import checked_vorticity, validate
 from pmesh.vortex.routes import route_names, routes
 from pmesh.vortex.schemes import SCHEMES, Carried, carry, on_mesh
 from pmesh.vortex.solvers import solver_for
 from pmesh.vortex.state import Load, State
-from pmesh.vortex.window import Window
+from pmesh.vortex.window import Window, let_go
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
@@ -42,7 +42,6 @@ Array = NDArray[np.floating[Any]]
 DEFAULT = Penalisation()
 TOUCH = ContactLaw()
 EDGE = 3  # nodes from the edge of a fixed mesh within which vorticity is about to leave it
-PLACES = ("x", "y", "angle", "u", "v", "spin")  # columns of a body that moves
 LEE = 0.1  # of the largest speed: bodies are held to that where they feel less wind
 FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
 
@@ -97,10 +96,9 @@ class VortexFlow:
         )  # fmt: skip
         if self.bodies:
             poses = tuple(body.start() for body in self.bodies)
-            state = self._roomy(replace(state, poses=poses), 0.0)
+            state = self._roomy(replace(state, poses=poses), 0.0, poses)
             wall, velocity = self._wall(state), self.velocity(state)
-            speed = self._reference(_largest(velocity), poses)
-            imposed, created = wall.start(velocity, speed)
+            imposed, created = wall.start(velocity, self._reference(_largest(velocity), poses))
             nothing = np.zeros_like(imposed.impulse)
             unknown = Load(force=(math.nan,) * self.grid.ndim, torque=math.nan, power=math.nan)
             state = replace(
@@ -115,8 +113,9 @@ class VortexFlow:
         """The state one step of dt [T] later; refuses a dt that is not positive and finite."""
         if not (math.isfinite(dt) and dt > 0):
             raise InputError(f"dt must be positive and finite, got {dt}", hint="flow.limit(state)")
-        state = self._roomy(state, dt)
-        passage = self._planned(state, dt) if self.bodies else None
+        ahead = foresee(self.bodies, state, self.contact, dt)
+        state = self._roomy(state, dt, ahead.poses)
+        passage = Passage.planned(state, self._wall(state), ahead, dt) if self.bodies else None
         outer = self._outer(state, passage)
         half, velocity = self._first_half(state, passage, outer[0], dt)
         displacement = carry(
@@ -172,16 +171,7 @@ class VortexFlow:
         """
         if state.constraint is None:
             return {}
-        columns: dict[str, float] = {}
-        for number, (body, load, pose) in enumerate(
-            zip(self.bodies, state.loads, state.poses, strict=True)
-        ):
-            name = f"body{number}"
-            columns |= {f"{name}_force_{a}": x for a, x in zip("xy", load.force, strict=True)}
-            columns |= {f"{name}_torque": load.torque, f"{name}_power": load.power}
-            if moves(body):
-                places = (*pose.center, *pose.angle, *pose.velocity, *pose.spin)
-                columns |= dict(zip((f"{name}_{part}" for part in PLACES), places, strict=True))
+        columns = load_columns(self.bodies, state.loads, state.poses)
         for axis, value in zip("xy", state.impulse_force, strict=True):
             columns[f"impulse_force_{axis}"] = value
         held = state.constraint
@@ -291,7 +281,7 @@ class VortexFlow:
             return after
         full = after.vorticity
         if self.window is not None:
-            after = self._faded(after, dt)
+            after = let_go(self.window, after, self.bodies, self._wind(after.poses), dt)
         elif self.domain == "fixed" and room(full, after.grid, EDGE, follow=False):
             return replace(after, impulse_force=(math.nan, math.nan))
         force = ledger.impulse_force(
@@ -299,25 +289,6 @@ class VortexFlow:
         )
         force += inertia_force(self.bodies, before.poses, after.poses, dt)
         return replace(after, impulse_force=tuple(float(x) for x in force))
-
-    def _faded(self, after: State, dt: float) -> State:
-        """The state without what has reached the end of its window."""
-        assert self.window is not None
-        wind = self._wind(after.poses)
-        reach = dt * (float(np.hypot(*wind)) or after.speed)
-        factor = self.window.faded(after.grid, self.bodies, after.poses, reach)
-        if factor is None:
-            return after
-        kept = (after.vorticity * factor).astype(after.vorticity.dtype, copy=False)
-        gone = np.subtract(
-            ledger.impulse(after.vorticity, after.grid), ledger.impulse(kept, after.grid)
-        )
-        deficit = self.window.remembered(after.deficit, gone, self.bodies, wind, dt)
-        lost = ledger.cut(after.vorticity, kept, after.grid)
-        return replace(
-            after, vorticity=kept, lost_circulation=after.lost_circulation + lost, deficit=deficit,
-            departed=self.window.departed(after.departed, lost, self.bodies, wind, dt),
-        )  # fmt: skip
 
     def _wind(self, poses: tuple[Pose, ...]) -> Array:
         """The stream that the bodies feel on the whole [L/T]."""
@@ -332,17 +303,22 @@ class VortexFlow:
             if not all(body.solenoidal for body in self.bodies):
                 wall = self._wall(replace(state, poses=poses))
                 total = swelling_flow(wall, self._solver(state.grid))
-            if self.window is not None and (state.deficit or state.departed):
-                source = self.window.beyond(
-                    state.grid, self.bodies, poses, state.deficit, self._wind(state.poses),
-                    state.departed,
-                ).astype(self.dtype)  # fmt: skip
-                total = source if total is None else total + source
-            flows.append(total)
+            if self.window is not None:
+                lee = self.window.beyond(state.grid, self.bodies, poses, state.wake)
+                total = total if lee is None else lee if total is None else total + lee
+            flows.append(None if total is None else total.astype(self.dtype, copy=False))
         return flows[0], flows[-1]
 
-    def _roomy(self, state: State, dt: float) -> State:
-        """The state on a mesh with room for what the step does."""
+    def _roomy(self, state: State, dt: float, ahead: tuple[Pose, ...]) -> State:
+        """The state on a mesh with room for what the step does, bodies at its end included."""
+        spread = self.viscosity * dt
+        walls = [
+            self._wall_on(state.grid, poses)
+            for poses in dict.fromkeys((state.poses, ahead))
+            if poses
+        ]
+        for wall in walls:
+            wall.stay(fixed=self.domain == "fixed")
         if self.domain == "fixed":
             return state
         reach = state.speed * dt + 6.0 * math.sqrt(2.0 * self.viscosity * dt)
@@ -359,8 +335,8 @@ class VortexFlow:
         )
         if self.window is not None:
             shift = self.window.clipped(shift, state.grid, self.bodies, state.poses)
-        if self.bodies:
-            shift = shift.covering(state.grid, self._wall(state).wide(self.viscosity * dt))
+        for wall in walls:
+            shift = shift.covering(state.grid, wall.wide(spread))
         if not shift:
             return state
         vorticity = shift.field(state.vorticity)
@@ -392,9 +368,6 @@ class VortexFlow:
 
         return velocity
 
-    def _planned(self, state: State, dt: float) -> Passage:
-        return Passage.planned(state, self._wall(state), self.contact, dt)
-
     def _wall(self, state: State) -> Wall:
         return self._wall_on(state.grid, state.poses)
 
@@ -410,11 +383,11 @@ class VortexFlow:
         )
 
     def _reference(self, speed: float, poses: tuple[Pose, ...]) -> float:
-        """The speed that a slip is compared with: the wind, but a tenth of the largest at least.
-
-        Bodies that go with the stream feel no wind, and one that turns round none for a moment.
+        """The speed that a slip is compared with: the largest of the wind, a tenth of the flow's
+        largest (bodies that go with the stream feel no wind) and that of viscosity on the bodies.
         """
-        return max(float(np.hypot(*self._wind(poses))), LEE * speed) or 1.0
+        size = max(body.length for body in self.bodies)
+        return max(float(np.hypot(*self._wind(poses))), LEE * speed, self.viscosity / size)
 
 
 def _particles(state: State) -> Carried:

@@ -16,6 +16,7 @@ from pmesh.vortex.state import Load
 
 Array = NDArray[np.floating[Any]]
 Values = NDArray[np.float64]
+PLACES = ("x", "y", "angle", "u", "v", "spin")  # columns of a body that moves
 
 
 def moments(impulse: Array, mask: Mask, poses: Sequence[Pose]) -> Values:
@@ -89,6 +90,21 @@ def kinetic_energy(wall: Wall, poses: Sequence[Pose]) -> Values:
             energy += 0.5 * measure.volume * square / float(own.sum())
         energies.append(energy)
     return np.array(energies)
+
+
+def load_columns(
+    bodies: Sequence[Body], loads: Sequence[Load], poses: Sequence[Pose]
+) -> dict[str, float]:
+    """Columns of a series: the load on each body and, if it moves, where and how."""
+    columns: dict[str, float] = {}
+    for number, (body, load, pose) in enumerate(zip(bodies, loads, poses, strict=True)):
+        name = f"body{number}"
+        columns |= {f"{name}_force_{a}": x for a, x in zip("xy", load.force, strict=True)}
+        columns |= {f"{name}_torque": load.torque, f"{name}_power": load.power}
+        if moves(body):
+            values = (*pose.center, *pose.angle, *pose.velocity, *pose.spin)
+            columns |= {f"{name}_{a}": x for a, x in zip(PLACES, values, strict=True)}
+    return columns
 
 
 def inertia_force(

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.bodies.body import Body
 from pmesh.bodies.contact import ContactLaw, resolve
 from pmesh.bodies.freedom import arrived, freedom_of, outer_impulses, predicted
 from pmesh.bodies.pose import Pose
@@ -29,6 +30,19 @@ class Held(NamedTuple):
     earlier: tuple[Pose, ...]  # to foresee the next from; a body that was hit has no acceleration
 
 
+class Ahead(NamedTuple):
+    """Where the bodies will be at the end of a step, and what pushes them apart on the way."""
+
+    poses: tuple[Pose, ...]
+    hits: Values  # impulse of contacts on each body, (bodies, 3)
+
+
+def foresee(bodies: tuple[Body, ...], state: State, contact: ContactLaw, dt: float) -> Ahead:
+    """The poses dt [T] later, kept apart."""
+    poses = predicted(bodies, state.earlier, state.poses, dt)
+    return Ahead(*resolve(bodies, state.poses, poses, contact, state.grid.spacing))
+
+
 @dataclass(frozen=True, kw_only=True)
 class Passage:
     """The bodies over one step: half of the last known force first, the rest when they arrive."""
@@ -42,20 +56,17 @@ class Passage:
     hit: tuple[bool, ...]  # which bodies another one pushed
 
     @classmethod
-    def planned(cls, state: State, wall: Wall, contact: ContactLaw, dt: float) -> Passage:
+    def planned(cls, state: State, wall: Wall, ahead: Ahead, dt: float) -> Passage:
         """The step that a state begins; on the first one no force is known."""
         assert state.constraint is not None  # there are bodies
-        bodies, poses = wall.bodies, state.poses
-        foreseen = predicted(bodies, state.earlier, poses, dt)
-        after, hits = resolve(bodies, poses, foreseen, contact, wall.grid.spacing)
         return cls(
             before=wall,
-            after=wall.at(after),
+            after=wall.at(ahead.poses),
             dt=dt,
             last=state.constraint,
             given=0.5 * dt * state.constraint.force if state.step > 0 else None,
-            push=outer_impulses(bodies, poses, after, dt) + hits,
-            hit=tuple(bool(row.any()) for row in hits),
+            push=outer_impulses(wall.bodies, state.poses, ahead.poses, dt) + ahead.hits,
+            hit=tuple(bool(row.any()) for row in ahead.hits),
         )
 
     @property

@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.bodies.contact import ContactLaw
 from pmesh.bodies.forcing import DirectForcing
 from pmesh.bodies.mask import MARGIN, box_around
 from pmesh.bodies.penalise import Penalisation
 from pmesh.spectral.symbols import Greens
 from pmesh.vortex.schemes import SCHEMES
+from pmesh.vortex.window import Window
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
@@ -60,7 +62,37 @@ def validate(flow: VortexFlow) -> None:
             f"penalisation must be a Penalisation or a DirectForcing, got {flow.penalisation!r}",
             hint="penalisation=Penalisation(strength=1000)",
         )
+    if not isinstance(flow.contact, ContactLaw):
+        raise InputError(
+            f"contact must be a ContactLaw, got {flow.contact!r}", hint="contact=ContactLaw()"
+        )
     _check_bodies(flow)
+    _check_window(flow)
+
+
+def _check_window(flow: VortexFlow) -> None:
+    window, hint = flow.window, "window=Window(lower=(3, 3), upper=(12, 3))"
+    if window is None:
+        return
+    if not isinstance(window, Window):
+        raise InputError(f"window must be a Window, got {window!r}", hint=hint)
+    if len(window.lower) != flow.grid.ndim or len(window.upper) != flow.grid.ndim:
+        raise InputError(
+            f"a window has {flow.grid.ndim} reaches on each side here, "
+            f"got {window.lower} and {window.upper}",
+            hint=hint,
+        )
+    if not flow.bodies:
+        raise InputError("a window lies around bodies, there are none", hint="bodies=[body]")
+    if flow.domain == "fixed":
+        raise InputError(
+            "a window travels with the bodies, the domain is fixed", hint='domain="follow"'
+        )
+    if window.wake and any(flow.grid.periodic):
+        raise InputError(
+            "the wake that leaves a window goes on to act in free space, an axis is periodic",
+            hint="Window(..., wake=False)",
+        )
 
 
 def checked_vorticity(

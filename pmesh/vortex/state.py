@@ -40,6 +40,18 @@ class Constraint:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Wake:
+    """What a wake that left its window goes on to do, see `Window`."""
+
+    flux: float = 0.0  # of its momentum deficit [L^ndim/T]
+    circulation: float = 0.0  # that left lately [L^2/T]
+    way: tuple[float, ...] = (0.0, 0.0)  # downwind, a unit vector while the wind is steady
+
+
+NO_WAKE = Wake()
+
+
+@dataclass(frozen=True, kw_only=True)
 class State:
     """A vortex flow at one instant. A value: a step makes a new one."""
 
@@ -57,5 +69,4 @@ class State:
     loads: tuple[Load, ...] = ()  # one per body
     impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse
     lost_circulation: float = 0.0  # that left through unbounded edges since the start [L^2/T]
-    deficit: float = 0.0  # flux of the wake that was let go [L^ndim/T], see Window
-    departed: float = 0.0  # circulation of the wake that was let go lately [L^2/T], see Window
+    wake: Wake = NO_WAKE  # that left a window

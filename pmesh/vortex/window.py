@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
 from pmesh.bodies.pose import Pose
-from pmesh.vortex.domain import Shift
+from pmesh.vortex import ledger
+from pmesh.vortex.domain import STRIDE, Shift
+from pmesh.vortex.state import State, Wake
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 
@@ -20,6 +22,13 @@ Array = NDArray[np.floating[Any]]
 FADING = 60.0  # decay over a fading zone that is passed at the wind's speed: exp(-FADING / 3)
 CORE = 0.75  # body lengths, of the Gaussian source and vortex beyond: bodies feel potential flow
 MEMORY = 4.0  # crossings of the fading zone over which the deficit is averaged
+
+
+class Gone(NamedTuple):
+    """What faded away in a step."""
+
+    impulse: Array  # about the bodies' centre [L^3/T]
+    circulation: float  # [L^2/T]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,15 +71,20 @@ class Window:
     def clipped(
         self, shift: Shift, grid: Grid, bodies: Sequence[Body], poses: Sequence[Pose]
     ) -> Shift:
-        """The change of a mesh that does not reach out of the window, nor trim what is in it."""
+        """The change of a mesh that does not reach out of the window, nor trim what is in it.
+
+        In whole strides, so that meshes have few shapes: one stride may stick out.
+        """
         low, high = self.corners(bodies, poses)
         before, after = list(shift.before), list(shift.after)
         for axis in range(grid.ndim):
             if grid.periodic[axis]:
                 continue
             end = grid.origin[axis] + (grid.shape[axis] - 1) * grid.spacing
-            before[axis] = min(before[axis], _whole((grid.origin[axis] - low[axis]) / grid.spacing))
-            after[axis] = min(after[axis], _whole((high[axis] - end) / grid.spacing))
+            before[axis] = min(
+                before[axis], _strides((grid.origin[axis] - low[axis]) / grid.spacing)
+            )
+            after[axis] = min(after[axis], _strides((high[axis] - end) / grid.spacing))
         return Shift(tuple(before), tuple(after))
 
     def faded(
@@ -90,49 +104,45 @@ class Window:
         return np.multiply.outer(*factors) if busy else None
 
     def remembered(
-        self, deficit: float, gone: Array, bodies: Sequence[Body], wind: Array, dt: float
-    ) -> float:
-        """The deficit's flux [L^2/T] after impulse ``gone`` [L^3/T] faded away in dt."""
-        speed = float(np.hypot(*wind))
-        if not (self.wake and speed > 0):
-            return 0.0
-        flux = -float(np.dot(gone, wind)) / (dt * speed**2)
-        share = -math.expm1(-dt * speed / (MEMORY * self.fade * _length(bodies)))
-        return deficit + share * (flux - deficit)
+        self, wake: Wake, gone: Gone, bodies: Sequence[Body], wind: Array, dt: float
+    ) -> Wake:
+        """What the wake beyond does after more of it faded away in dt.
 
-    def departed(
-        self, circulation: float, gone: float, bodies: Sequence[Body], wind: Array, dt: float
-    ) -> float:
-        """The circulation [L^2/T] that acts from the end after ``gone`` more faded away in dt.
-
-        What left goes on with the wind W, and at the body a distance L ahead of the end its
+        Its circulation goes on with the wind W, and at the body a distance L ahead of the end its
         velocity falls like 1/(L + W t); as a vortex that stays at the end it fades like
-        exp(-W t/L), which begins alike.
+        exp(-W t/L), which begins alike. Where the wind stops the wake stays; where it turns the
+        end turns with it.
         """
         speed = float(np.hypot(*wind))
         if not (self.wake and speed > 0):
-            return 0.0
-        far = self._reach(_length(bodies), wind / speed)
-        return circulation * math.exp(-dt * speed / far) + gone
+            return wake
+        length, unit = _length(bodies), wind / speed
+        old = np.asarray(wake.way)
+        flux = -float(np.dot(gone.impulse, unit)) / (dt * speed)
+        share = -math.expm1(-dt * speed / (MEMORY * self.fade * length))
+        way = old + (share if old.any() else 1.0) * (unit - old)
+        kept = math.exp(-dt * speed / self._reach(length, unit))
+        return Wake(
+            flux=wake.flux + share * (flux - wake.flux),
+            circulation=kept * wake.circulation + gone.circulation,
+            way=tuple(float(x) for x in way),
+        )
 
     def beyond(
-        self,
-        grid: Grid,
-        bodies: Sequence[Body],
-        poses: Sequence[Pose],
-        deficit: float,
-        wind: Array,
-        circulation: float = 0.0,
-    ) -> Array:
-        """Velocity [L/T] of a source of flux ``deficit`` and a vortex at the downwind end."""
-        length, unit = _length(bodies), wind / np.hypot(*wind)
+        self, grid: Grid, bodies: Sequence[Body], poses: Sequence[Pose], wake: Wake
+    ) -> Array | None:
+        """Velocity [L/T] of a source and a vortex at the downwind end; None if there is nothing."""
+        size = math.hypot(*wake.way)
+        if not (size > 1e-9 and (wake.flux or wake.circulation)):
+            return None
+        length, unit = _length(bodies), np.asarray(wake.way) / size
         center = np.mean([pose.center for pose in poses], axis=0)
         place = center + unit * self._reach(length, unit)
         x, y = grid.axes()
         arm_x, arm_y = (x - place[0])[:, None], (y - place[1])[None, :]
         square = np.maximum(arm_x**2 + arm_y**2, 1e-6 * length**2)
         scale = -np.expm1(-0.5 * square / (CORE * length) ** 2) / (2 * math.pi * square)
-        source, vortex = deficit * scale, circulation * scale
+        source, vortex = wake.flux * scale, wake.circulation * scale
         return np.stack([source * arm_x - vortex * arm_y, source * arm_y + vortex * arm_x])
 
     def _reach(self, length: float, unit: Array) -> float:
@@ -148,5 +158,29 @@ def _length(bodies: Sequence[Body]) -> float:
     return max(body.length for body in bodies)
 
 
-def _whole(nodes: float) -> int:
-    return math.floor(nodes + 1e-6)
+def let_go(window: Window, state: State, bodies: Sequence[Body], wind: Array, dt: float) -> State:
+    """The state without what has reached the end of its window, and with what that goes on to do.
+
+    ``wind``: the stream that the bodies feel on the whole [L/T].
+    """
+    reach = dt * (float(np.hypot(*wind)) or state.speed)
+    factor = window.faded(state.grid, bodies, state.poses, reach)
+    gone, kept = Gone(np.zeros(2), 0.0), state.vorticity
+    if factor is not None:
+        kept = (kept * factor).astype(kept.dtype, copy=False)
+        lost = ledger.cut(state.vorticity, kept, state.grid)
+        before, after = (ledger.impulse(w, state.grid) for w in (state.vorticity, kept))
+        left = np.subtract(before, after)
+        x, y = np.mean([pose.center for pose in state.poses], axis=0)
+        gone = Gone(left - lost * np.array([y, -x]), lost)
+    return replace(
+        state,
+        vorticity=kept,
+        lost_circulation=state.lost_circulation + gone.circulation,
+        wake=window.remembered(state.wake, gone, bodies, wind, dt),
+    )
+
+
+def _strides(nodes: float) -> int:
+    """Nodes of room in whole strides, rounded up; less is trimmed than sticks out."""
+    return math.ceil(nodes / STRIDE - 1e-9) * STRIDE
