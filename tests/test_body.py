@@ -96,6 +96,11 @@ def test_what_is_no_shape_or_no_motion_is_refused():
     assert caught.value.hint == "motion=pmesh.Fixed()"
 
 
+def test_free_bodies_in_space_are_refused_when_they_are_made():
+    with pytest.raises(InputError, match="free motion is of plane bodies, got a shape in 3"):
+        RigidBody(Sphere(0.5), motion=Free())
+
+
 @pytest.mark.parametrize(
     ("motion", "said"),
     [

@@ -83,7 +83,14 @@ def test_laws_in_space_have_three_components():
         (lambda: Free(gravity=-9.81), "Free gravity must be numbers, one along each axis"),
         (lambda: Free(velocity=("a", 0.0)), "Free velocity must be a number, got 'a'"),
         (lambda: Free(spin=math.inf), "Free spin must be finite"),
-        (lambda: Free(locked=("z",)), r"Free locked holds \['z'\]"),
+        (lambda: Free(locked=("z",)), r"Free locked must hold names among .* got \('z',\)"),
+        (lambda: Free(locked="xy"), "Free locked must hold names among .* got 'xy'"),
+        (lambda: Free(locked="x"), "Free locked must hold names among .* got 'x'"),
+        (
+            lambda: Free(velocity=(1.0, 0.0), locked=("x",)),
+            'Free locks "x" and gives it the velocity 1',
+        ),
+        (lambda: Free(spin=-2.0, locked=("angle",)), 'Free locks "angle" and gives it .* -2'),
         (lambda: Free(spring=3.0), "Free spring must be a Spring, got 3.0"),
         (lambda: Spring(stiffness=(-1.0, 0.0)), "Spring constants must not be negative, got -1"),
         (lambda: Spring(twist_damping=math.nan), "Spring twist_damping must be finite"),
@@ -93,6 +100,12 @@ def test_laws_in_space_have_three_components():
 def test_what_is_no_motion_is_refused(make, said):
     with pytest.raises(InputError, match=said):
         make()
+
+
+def test_what_is_locked_may_be_told_to_rest_and_the_rest_to_move():
+    tied = Free(velocity=(0.0, 1.0), spin=2.0, locked=["x"])
+    assert tied.locked == ("x",)
+    assert hash(tied) == hash(Free(velocity=(0.0, 1.0), spin=2.0, locked=("x",)))
 
 
 def test_motions_of_equal_numbers_are_equal_and_can_be_hashed():

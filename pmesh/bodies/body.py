@@ -88,7 +88,8 @@ class Body(Protocol):
 class RigidBody:
     """A solid of a given shape: ``RigidBody(levelset.shapes.Disk(radius=0.5), motion=Fixed())``.
 
-    ``motion``: ``Fixed()``, ``Prescribed(...)`` or ``Free(density=...)``. Refuses anything else.
+    ``motion``: ``Fixed()``, ``Prescribed(...)`` or ``Free(density=...)``. Refuses anything else,
+    and free bodies in space.
     """
 
     shape: Shape
@@ -102,6 +103,11 @@ class RigidBody:
                 hint="levelset.shapes.Disk(radius=0.5)",
             )
         check_motion(self.motion)
+        if isinstance(self.motion, Free) and self.shape.ndim != 2:
+            raise InputError(
+                f"free motion is of plane bodies, got a shape in {self.shape.ndim} dimensions",
+                hint="motion=pmesh.Fixed(), or levelset.shapes.Disk(radius=0.5)",
+            )
 
     @property
     def ndim(self) -> int:

@@ -142,11 +142,24 @@ class Free:
                 f"Free spring must be a Spring, got {self.spring!r}",
                 hint="spring=Spring(stiffness=(1.0, 1.0))",
             )
-        unknown = set(self.locked) - set(COORDINATES)
-        if unknown:
+        self._check_locked()
+
+    def _check_locked(self) -> None:
+        """Refuse locks that are no names of coordinates, or on what is given a velocity."""
+        locked = self.locked
+        if not isinstance(locked, tuple | list) or any(x not in COORDINATES for x in locked):
             raise InputError(
-                f"Free locked holds {sorted(unknown)}", hint='a tuple of "x", "y", "angle"'
+                f'Free locked must hold names among "x", "y", "angle", got {locked!r}',
+                hint='locked=("x", "y")',
             )
+        object.__setattr__(self, "locked", tuple(locked))
+        speeds = dict(zip(("x", "y"), self.velocity, strict=False)) | {"angle": self.spin}
+        for name in locked:
+            if speeds.get(name, 0.0) != 0.0:
+                raise InputError(
+                    f'Free locks "{name}" and gives it the velocity {speeds[name]:g}',
+                    hint="a velocity of zero there, or no lock",
+                )
 
 
 Motion = Fixed | Prescribed | Free
