@@ -86,3 +86,41 @@ def test_a_route_without_room_tells_no_number():
     assert math.isnan(told["body0_flux_force_x"])
     assert math.isnan(told["body1_routes_apart"])
     assert list(told) == close.route_names
+
+
+@cache
+def near_an_edge(nodes: float, axis: int, boundary: tuple[str, str]) -> tuple[float, float]:
+    """Drag by flux and by surface, of a disk so many nodes from the end of an axis."""
+    half = 0.5 * 63 * H
+    center = [0.0, 0.0]
+    center[axis] = half - 0.5 - nodes * H
+    grid = Grid((64, 64), H, (-half, -half), boundary)
+    body = RigidBody(Disk(radius=0.5, center=tuple(center)))
+    near = VortexFlow(
+        grid=grid, viscosity=2 / 40, freestream=(1.0, 0.0), bodies=(body,), domain="fixed",
+        threads=1,
+    )  # fmt: skip
+    state = near.start()
+    told = near.routes(state, near.step(state, 0.01))
+    return told["body0_flux_force_x"], told["body0_surface_force_x"]
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("nodes", [11.0, 12.0, 12.5, 13.0])
+@pytest.mark.parametrize("boundary", [("unbounded",) * 2, ("unbounded", "periodic")])
+def test_a_body_near_an_edge_or_a_seam_stops_no_run(nodes, axis, boundary):
+    """Traction reads 6.25 spacings off the wall and 6 nodes around that; a box needs 8 and 2."""
+    flux, surface = near_an_edge(nodes, axis, boundary)
+    assert math.isfinite(flux)
+    assert math.isfinite(surface) == (nodes > 6.25 + 6)
+
+
+def test_a_body_with_a_hole_tells_no_surface_force():
+    ring = RigidBody(Disk(radius=1.0) - Disk(radius=0.4))
+    holed = VortexFlow(
+        grid=flow().grid, viscosity=2 / 40, freestream=(1.0, 0.0), bodies=(ring,), threads=1
+    )
+    state = holed.start()
+    told = holed.routes(state, holed.step(state, 0.01))
+    assert math.isnan(told["body0_surface_force_x"])
+    assert math.isfinite(told["body0_flux_force_x"])

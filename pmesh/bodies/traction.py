@@ -38,6 +38,7 @@ LINES = (4.25, 5.25, 6.25)  # spacings off the wall: nearer is smeared; here wha
 # the velocity rings cancels, and the drag past a cylinder goes to that of the momentum
 KERNEL = "M4'"  # of interpolation
 PAD = 6  # nodes around the lines: the kernel's and the difference's
+FEWEST = 8  # points of an outline
 TINY = 1e-300  # instead of a division by zero
 
 
@@ -142,6 +143,19 @@ def traction(
     )
 
 
+def has_room(outline: Pair, grid: Grid, lines: Sequence[float] = LINES) -> bool:
+    """Whether `traction` can look along this outline: no hole, and all that it reads on the mesh.
+
+    About 13 nodes from the outline to each edge, the seam of a periodic axis being one too.
+    """
+    first = np.asarray(outline[0], np.float64)
+    if len(first) < FEWEST or not _area(first) > 0:
+        return False
+    wall = _wall(outline, grid, 1.0, 0.0, lines)
+    places = [[wall.line(distance)[k] for distance in lines] for k in (0, 1)]
+    return all(_on_mesh(grid, *_nodes(grid, place)) for place in places)
+
+
 def _wall_slope(lines: Sequence[_Line]) -> Values:
     """Slope at the wall, per spacing, of the cubic from zero that fits values and slopes best."""
     powers = np.arange(1, 4)
@@ -210,10 +224,8 @@ def _near(u: Array, w: Array, grid: Grid, places: Sequence[Values]) -> tuple[Arr
             f"{np.shape(u)} and {np.shape(w)}",
             hint="both on the mesh of the later time",
         )
-    every = (np.concatenate(places) - np.asarray(grid.origin)) / grid.spacing
-    low = np.floor(every.min(axis=0)).astype(int) - PAD
-    high = np.ceil(every.max(axis=0)).astype(int) + PAD
-    if (low < 0).any() or (high >= np.asarray(grid.shape)).any():
+    low, high = _nodes(grid, places)
+    if not _on_mesh(grid, low, high):
         raise InputError(
             f"the outline comes nearer than {PAD} spacings and its lines to the edge of the mesh",
             hint="a larger mesh, or fewer lines",
@@ -226,6 +238,18 @@ def _near(u: Array, w: Array, grid: Grid, places: Sequence[Values]) -> tuple[Arr
     return np.concatenate([flow, slopes.reshape(4, *box.shape), gradient(vortex, box)]), box
 
 
+def _nodes(grid: Grid, places: Sequence[Values]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """First and last node that reading the flow at these places needs."""
+    every = (np.concatenate(places) - np.asarray(grid.origin)) / grid.spacing
+    low = np.floor(every.min(axis=0)).astype(np.int64) - PAD
+    return low, np.ceil(every.max(axis=0)).astype(np.int64) + PAD
+
+
+def _on_mesh(grid: Grid, low: NDArray[np.int64], high: NDArray[np.int64]) -> bool:
+    """Whether all nodes are on the mesh; lines do not cross the seam of a periodic axis."""
+    return bool((low >= 0).all() and (high < np.asarray(grid.shape)).all())
+
+
 def _wall(outline: Pair, grid: Grid, dt: float, viscosity: float, lines: Sequence[float]) -> _Wall:
     """The outline over the step, checked."""
     if grid.ndim != 2:
@@ -233,14 +257,13 @@ def _wall(outline: Pair, grid: Grid, dt: float, viscosity: float, lines: Sequenc
             f"the traction is a law of the plane, got {grid.ndim} dimensions", hint="a 2-D grid"
         )
     first, last = (np.asarray(points, np.float64) for points in outline)
-    if first.ndim != 2 or first.shape != last.shape or first.shape[1] != 2 or len(first) < 8:
+    if first.ndim != 2 or first.shape != last.shape or first.shape[1] != 2 or len(first) < FEWEST:
         raise InputError(
-            f"an outline must hold the same points (n, 2) before and after, n at least 8, got "
-            f"{first.shape} and {last.shape}",
+            f"an outline must hold the same points (n, 2) before and after, n at least {FEWEST}, "
+            f"got {first.shape} and {last.shape}",
             hint="even(contour(shape)[0], 0.5 * grid.spacing)",
         )
-    cross = first[:, 0] * np.roll(first[:, 1], -1) - first[:, 1] * np.roll(first[:, 0], -1)
-    if not cross.sum() > 0:
+    if not _area(first) > 0:
         raise InputError("an outline must run anticlockwise", hint="points[::-1]")
     if not (math.isfinite(dt) and dt > 0):
         raise InputError(f"dt must be positive and finite, got {dt}", hint="the time of the step")
@@ -266,6 +289,12 @@ def _matter(wall: _Wall, moving: Pair | None) -> tuple[Values, Values]:
             hint="one row per point of the outline, before and after",
         )
     return 0.5 * (first + last), (last - first) / wall.dt
+
+
+def _area(points: Values) -> float:
+    """Area within a closed line, negative if it runs clockwise."""
+    (x, y), (there_x, there_y) = points.T, np.roll(points, -1, axis=0).T
+    return 0.5 * float(x @ there_y - y @ there_x)
 
 
 def _frame(points: Values) -> tuple[Values, Values]:

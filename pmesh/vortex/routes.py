@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pmesh.bodies.body import Body
 from pmesh.bodies.control_volume import box_of, momentum_balance
 from pmesh.bodies.pose import Pose
-from pmesh.bodies.traction import LINES, traction
+from pmesh.bodies.traction import has_room, traction
 from pmesh.vortex.constraint import window_on
 from pmesh.vortex.loads import inertia_force
 from pmesh.vortex.state import State
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.floating[Any]]
 Pair = tuple[Array, Array]
-STENCIL = 5.0  # nodes that traction reads beyond its last line
 POINTS = 0.5  # spacings between points of an outline
 ROUTES = ("flux", "surface")
 LOADS = ("force_x", "force_y", "torque")
@@ -106,12 +105,12 @@ def _surface(
 ) -> tuple[float, float, float]:
     """Force and torque from pressure and shear on all outlines."""
     vorticity, velocity = fields
-    reach = (max(LINES) + STENCIL) * grid.spacing
-    if not all(_inside(body, pose, grid, reach) for pose in poses):
+    outlines = [body.outlines(pose, POINTS * grid.spacing) for pose in poses]
+    lines = list(zip(*outlines, strict=True))
+    if not all(has_room(line, grid) for line in lines):
         return (math.nan,) * 3
     total = np.zeros(3)
-    lines = [body.outlines(pose, POINTS * grid.spacing) for pose in poses]
-    for line in zip(*lines, strict=True):
+    for line in lines:
         found = traction(
             line, velocity, vorticity, grid, dt=poses[1].time - poses[0].time,
             viscosity=viscosity, center=_middle(poses),
@@ -125,16 +124,6 @@ def _speed(body: Body, pose: Pose, points: Array) -> Array:
     """Velocity [L/T] of the body's matter at points (n, 2)."""
     rigid, change = pose.rigid(points.T), body.deformation(points.T, pose)
     return (rigid if change is None else rigid + change).T
-
-
-def _inside(body: Body, pose: Pose, grid: Grid, reach: float) -> bool:
-    low, high = body.bounds(pose)
-    return all(
-        wraps or (a - reach > start and b + reach < start + span)
-        for a, b, start, span, wraps in zip(
-            low, high, grid.origin, grid.length, grid.periodic, strict=True
-        )
-    )
 
 
 def _middle(poses: tuple[Pose, Pose]) -> tuple[float, ...]:
