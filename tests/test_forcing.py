@@ -11,9 +11,9 @@ from levelset.shapes import Disk
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.forced_wall import calibrated
 from pmesh.bodies.forcing import DirectForcing, force
+from pmesh.bodies.hold import Freedom, Held, Imposed
 from pmesh.bodies.markers import KERNEL, markers_of
 from pmesh.bodies.mask import Mask, box_around, mask_of
-from pmesh.bodies.penalise import Freedom, Imposed
 from pmesh.spectral.velocity import VelocitySolver
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
@@ -45,9 +45,16 @@ def stream(grid: Grid) -> np.ndarray:
 def held(velocity: np.ndarray | None = None, **options: object) -> Imposed:
     velocity = stream(NEAR) if velocity is None else velocity
     given = {"settings": SETTINGS, "markers": MARKERS, **options}
-    return force(
-        velocity, mask(), given.pop("markers"), VelocitySolver(NEAR, dtype=velocity.dtype),
-        rate=RATE, spread=SPREAD, speed=1.0, sharpening=WALL.sharpening, **given,
+    asked = question(velocity.dtype, freedom=given.pop("freedom", None))
+    return force(velocity, given.pop("markers"), asked, speed=1.0, **given)
+
+
+def question(dtype: object = np.float64, **options: object) -> Held:
+    return Held(
+        **{
+            "mask": mask(), "solver": VelocitySolver(NEAR, dtype=dtype), "rate": RATE,
+            "spread": SPREAD, "blur": -WALL.sharpening, **options,
+        }
     )  # fmt: skip
 
 
@@ -138,10 +145,8 @@ def test_a_body_that_moves_like_the_fluid_feels_no_force():
     pose = replace(POSES[0], velocity=(0.4, -0.2), spin=(0.7,))
     moving = mask_of((DISK,), (pose,), NEAR, SETTINGS.width * H, WALL.retraction * H)
     given = pose.rigid(NEAR.points())
-    done = force(
-        given, moving._replace(velocity=given), MARKERS, VelocitySolver(NEAR), rate=RATE,
-        spread=SPREAD, speed=1.0, sharpening=WALL.sharpening, settings=SETTINGS,
-    )  # fmt: skip
+    asked = question(mask=moving._replace(velocity=given))
+    done = force(given, MARKERS, asked, speed=1.0, settings=SETTINGS)
     assert np.abs(done.impulse).max() < 1e-7
 
 

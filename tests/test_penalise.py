@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
 from levelset.shapes import Disk
 from pmesh.bodies.body import RigidBody
+from pmesh.bodies.hold import Freedom, Held, Imposed
 from pmesh.bodies.mask import Mask, box_around, mask_of
-from pmesh.bodies.penalise import Freedom, Imposed, Penalisation, penalise
+from pmesh.bodies.penalise import Penalisation, penalise
 from pmesh.spectral.velocity import VelocitySolver
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
@@ -20,6 +23,14 @@ DISK = RigidBody(Disk(radius=1.0, center=(0.03, -0.05)))
 NEAR = box_around((DISK,), (DISK.start(),), GRID, 1.5 * H)
 SPREAD = 0.5 * H**2
 RATE = 500.0
+
+
+def penalised(
+    velocity: np.ndarray, disk: Mask, solver: VelocitySolver, *, rate: float, spread: float,
+    freedom: Freedom | None = None, **options: Any,
+) -> Imposed:  # fmt: skip
+    held = Held(mask=disk, solver=solver, rate=rate, spread=spread, freedom=freedom)
+    return penalise(velocity, held, **options)
 
 
 def mask(*bodies: RigidBody, grid: Grid = NEAR) -> Mask:
@@ -47,7 +58,7 @@ def stream(grid: Grid) -> np.ndarray:
 def held(**options: object) -> tuple[np.ndarray, object]:
     given = stream(NEAR)
     settings = Penalisation(**{"tolerance": 1e-8, **options})  # type: ignore[arg-type]
-    return given, penalise(
+    return given, penalised(
         given, mask(), VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0, settings=settings
     )
 
@@ -85,7 +96,7 @@ def test_the_residual_is_that_of_the_law_on_a_mesh_four_times_as_large():
 @pytest.mark.parametrize("speed", [1.0, 2.5])
 def test_the_residual_is_the_rms_of_the_law_over_the_body_relative_to_the_speed(speed):
     given, disk, solver = stream(NEAR), mask(), VelocitySolver(NEAR)
-    done = penalise(
+    done = penalised(
         given, disk, solver, rate=RATE, spread=SPREAD, speed=speed,
         settings=Penalisation(tolerance=1e-3),
     )  # fmt: skip
@@ -101,8 +112,8 @@ def test_a_moving_body_in_fluid_at_rest_feels_the_same_as_a_body_at_rest_in_a_st
     motion = np.stack([np.full(NEAR.shape, 0.7), np.full(NEAR.shape, -0.4)])
     moving = disk._replace(velocity=motion)
     options = {"rate": RATE, "spread": SPREAD, "speed": 1.0, "settings": settings}
-    there = penalise(stream(NEAR), moving, solver, **options)
-    here = penalise(stream(NEAR) - motion, disk, solver, **options)
+    there = penalised(stream(NEAR), moving, solver, **options)
+    here = penalised(stream(NEAR) - motion, disk, solver, **options)
     np.testing.assert_allclose(there.impulse, here.impulse, atol=1e-12)
     np.testing.assert_allclose(there.slip, here.slip, atol=1e-12)
     assert np.abs(there.slip[:, disk.chi == 1]).max() < 0.02
@@ -126,7 +137,7 @@ def test_a_smaller_tolerance_costs_iterations_and_is_met(tolerance):
 
 def test_a_good_guess_costs_no_iteration():
     given, done = held(tolerance=1e-6)
-    again = penalise(
+    again = penalised(
         given, mask(), VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0,
         settings=Penalisation(tolerance=2e-6), guess=done.impulse,
     )  # fmt: skip
@@ -142,7 +153,7 @@ def test_too_few_iterations_are_a_blow_up_with_advice():
 
 def test_velocities_that_are_not_finite_are_a_blow_up():
     with pytest.raises(BlowUpError, match="slip residual of nan"):
-        penalise(
+        penalised(
             np.full((2, *NEAR.shape), np.nan), mask(), VelocitySolver(NEAR), rate=RATE,
             spread=SPREAD, speed=1.0, settings=Penalisation(),
         )  # fmt: skip
@@ -151,7 +162,7 @@ def test_velocities_that_are_not_finite_are_a_blow_up():
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_both_precisions_hold_the_same_body(dtype):
     solver = VelocitySolver(NEAR, dtype=dtype)
-    done = penalise(
+    done = penalised(
         stream(NEAR).astype(dtype), mask(), solver, rate=RATE, spread=SPREAD, speed=1.0,
         settings=Penalisation(),
     )  # fmt: skip
@@ -174,7 +185,7 @@ def test_a_free_coordinate_gets_the_momentum_that_the_force_takes(inertia):
     modes = np.zeros((1, 2, *NEAR.shape))
     modes[0, 0] = 1.0
     freedom = Freedom(modes, np.array([inertia * disk.chi.sum()]), np.array([push]), np.zeros(1))
-    done = penalise(
+    done = penalised(
         stream(NEAR), disk, VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0,
         settings=Penalisation(tolerance=1e-8), freedom=freedom,
     )  # fmt: skip
@@ -190,7 +201,7 @@ def test_a_free_body_as_heavy_as_the_fluid_goes_with_the_stream():
     modes = np.zeros((1, 2, *NEAR.shape))
     modes[0, 0] = 1.0
     given = np.stack([np.ones(NEAR.shape), np.zeros(NEAR.shape)])
-    done = penalise(
+    done = penalised(
         given, disk, VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0,
         settings=Penalisation(tolerance=1e-8), freedom=Freedom(modes, *np.zeros((3, 1))),
     )  # fmt: skip

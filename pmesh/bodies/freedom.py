@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from pmesh.bodies.body import Body
 from pmesh.bodies.mask import Mask, rigid_modes
 from pmesh.bodies.motion import COORDINATES, Free
-from pmesh.bodies.penalise import Freedom
+from pmesh.bodies.hold import Freedom
 from pmesh.bodies.pose import Pose
 
 Values = NDArray[np.float64]

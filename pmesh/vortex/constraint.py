@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from pmesh.bodies.body import Body
 from pmesh.bodies.forced_wall import calibrated, sheet_retraction
 from pmesh.bodies.forcing import DirectForcing, force
+from pmesh.bodies.hold import Freedom, Held, Imposed
 from pmesh.bodies.markers import markers_of
 from pmesh.bodies.mask import MARGIN, Mask, box_around, deformation_on, mask_of, moves
 from pmesh.bodies.motion import Free
-from pmesh.bodies.penalise import Freedom, Imposed, Penalisation, penalise
+from pmesh.bodies.penalise import Penalisation, penalise
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import Law, start_offset, wall_law
 from pmesh.spectral.velocity import VelocitySolver
@@ -162,18 +163,15 @@ class Wall:
     ) -> Imposed:
         """What penalisation or direct forcing does on the near box."""
         settings, given, solver = self.settings, self.cut(velocity), self.solver(mask.grid)
+        held = Held(mask=mask, solver=solver, rate=rate, spread=spread, freedom=freedom)
         if isinstance(settings, Penalisation):
-            return penalise(
-                given, mask, solver, rate=rate, spread=spread, speed=speed, settings=settings,
-                guess=guess, freedom=freedom, blur=0.0 if impulsive else self.law(settings).blur,
-            )  # fmt: skip
+            held = replace(held, blur=0.0 if impulsive else self.law(settings).blur)
+            return penalise(given, held, speed=speed, settings=settings, guess=guess)
         depth = self.offset(impulsive=impulsive) * self.grid.spacing
+        markers = markers_of(self.bodies, self.poses, self.grid, settings.spacing, depth)
         wall = calibrated(settings.strength, self.order, self.radius)
-        return force(
-            given, mask, markers_of(self.bodies, self.poses, self.grid, settings.spacing, depth),
-            solver, rate=rate, spread=spread, speed=speed, settings=settings, guess=guess,
-            freedom=freedom, sharpening=0.0 if impulsive else wall.sharpening,
-        )  # fmt: skip
+        held = replace(held, blur=0.0 if impulsive else -wall.sharpening)
+        return force(given, markers, held, speed=speed, settings=settings, guess=guess)
 
     def carried(self, before: Wall, force: Array) -> Array:
         """A force density on the near box of an earlier wall, moved along with the bodies."""
