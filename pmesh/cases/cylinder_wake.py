@@ -59,7 +59,7 @@ class CylinderWake(Case):
     round-off to grow. The wake leaves through the end of a window.
     """
 
-    until: float = option(100.0, "end of the run", unit="D/U")
+    until: float = option(80.0, "end of the run", unit="D/U")
     reynolds: float = option(100.0, "Reynolds number U D / nu, from 20 to 400")
     nodes: int = option(32, "mesh nodes per diameter")
     ahead: float = option(3.0, "window ahead of the cylinder's centre", unit="D")
