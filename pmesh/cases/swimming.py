@@ -149,6 +149,7 @@ def draw_ways(panel: Axes, tracks: Sequence[Track]) -> None:
         panel.plot(*track.place[0], "o", color=colour, mfc="white")
     panel.set(xlabel="$x / L$", ylabel="$y / L$", title="way of the centre of mass")
     panel.set_aspect("equal", adjustable="datalim")
+    panel.locator_params(axis="x", nbins=5)
 
 
 class Stages(NamedTuple):
