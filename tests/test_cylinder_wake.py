@@ -69,13 +69,15 @@ def test_the_routes_agree_while_eddies_leave(street):
 
 
 def test_the_window_holds_the_mesh(street):
+    """To the 16 nodes by which a mesh grows; eddies leave, and what they take is counted."""
     case, report = street
     grid = report.outcome.state.grid
-    assert grid.origin[0] >= -case.ahead - 1e-9
-    assert grid.origin[0] + grid.length[0] <= case.behind + 1e-9
-    assert abs(grid.origin[1]) <= case.beside + 1e-9
+    more = 17 * grid.spacing
+    assert grid.origin[0] >= -case.ahead - more
+    assert grid.origin[0] + grid.length[0] <= case.behind + more
+    assert abs(grid.origin[1]) <= case.beside + more
     series = report.outcome.series
-    assert np.abs(series["lost_circulation"]).max() > 0.1, "eddies left"
+    assert np.abs(series["lost_circulation"]).max() > 0.1
     assert named(report.metrics, "circulation, kept").passed
 
 
