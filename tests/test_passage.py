@@ -249,3 +249,20 @@ def test_a_run_with_moving_bodies_that_is_resumed_is_the_unbroken_run(tmp_path):
     assert tree.same(end, whole)
     series = [(folder / "series.csv").read_bytes() for folder in (tmp_path / "whole", parts)]
     assert series[0] == series[1]
+
+
+@pytest.mark.parametrize(
+    ("spring", "slowest"),
+    [(Spring(stiffness=(5e3, 5e3)), 1.0), (Spring(damping=(200.0, 200.0), torsion=1e3), 1e-3)],
+    ids=["stiff", "damped"],
+)
+def test_stiff_springs_and_strong_dampers_hold_a_disk_at_any_step(spring, slowest):
+    """Launched, it never gets faster nor farther than the energy allows: steps of omega dt = 2."""
+    speed = 0.5
+    motion = Free(density=2.0, velocity=(0.0, speed), spin=0.5, spring=spring)
+    _, found = go(made(disk(motion)), 1.2)
+    assert np.abs(found["body0_v"]).max() <= speed
+    assert np.abs(found["body0_v"][-10:]).max() <= slowest * speed
+    reach = speed * math.sqrt(3 * AREA / 5e3) if spring.stiffness else 0.5 * 0.04 * speed * 3
+    assert np.abs(found["body0_y"]).max() <= 1.05 * reach
+    assert np.abs(found["body0_spin"]).max() <= 0.5

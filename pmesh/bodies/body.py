@@ -65,6 +65,9 @@ class Body(Protocol):
     def start(self) -> Pose:
         """Where it is at time 0, as its motion has it there."""
 
+    def inertia(self, pose: Pose) -> float:
+        """Polar second moment about its centre, now [L^(ndim+2)]."""
+
     def bounds(self, pose: Pose) -> Bounds:
         """Lower and upper corner of a box that holds the body [L]."""
 
@@ -146,6 +149,10 @@ class RigidBody:
     def start(self) -> Pose:
         """There too, but for its motion at time 0: a law's own place, a free body's velocity."""
         return launched(self.placed(), self.motion)
+
+    def inertia(self, pose: Pose) -> float:
+        """That of the measure: it is rigid."""
+        return self.measure.inertia
 
     def bounds(self, pose: Pose) -> Bounds:
         """Lower and upper corner of a box that holds the body [L]."""

@@ -1,7 +1,19 @@
-"""Bodies that follow the fluid: their free coordinates, their momenta, and where they go next."""
+"""Bodies that follow the fluid: their free coordinates, their momenta, and where they go next.
+
+A step changes a momentum by the mean force. That of a spring (stiffness k, damping c) from a place
+x off its rest, with velocity V before and V' after, is taken at the middle of the step,
+
+    s = -k (x + dt (V + V')/4) - c (V + V')/2 = s0 - (V' - V) grip/dt,
+    s0 = -k (x + dt V/2) - c V,    grip = dt (c/2 + k dt/4):
+
+s0 is known, and the grip joins the inertia in the equation for V'. So it is of order two, keeps the
+energy of a spring, and is stable for any k and c. The places must know it too, as they are foreseen
+before V' is found: there the mass that the fluid adds is that of an ellipse.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -9,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
+from pmesh.bodies.hold import Freedom
 from pmesh.bodies.mask import Mask, rigid_modes
 from pmesh.bodies.motion import COORDINATES, Free
-from pmesh.bodies.hold import Freedom
 from pmesh.bodies.pose import Pose
 
 Values = NDArray[np.float64]
@@ -27,23 +39,39 @@ def predicted(
             after.append(body.motion.pose(body.placed(), pose.time + dt))
             continue
         before = earlier[number] if earlier else pose
-        after.append(_glided(before, pose, dt))
+        after.append(_glided(body, before, pose, dt))
     return tuple(after)
 
 
-def _glided(before: Pose, pose: Pose, dt: float) -> Pose:
-    """A pose dt later at constant acceleration, that of the step before."""
+def _glided(body: Body, before: Pose, pose: Pose, dt: float) -> Pose:
+    """A pose dt later at constant acceleration, that of the step before but for springs."""
     past = pose.time - before.time
-    share = dt / past if past > 0 else 0.0
-    speed, spin = np.asarray(pose.velocity), np.asarray(pose.spin)
-    gain, turn = share * (speed - before.velocity), share * (spin - before.spin)
+    speed = _speeds(pose)
+    gain = (dt / past if past > 0 else 0.0) * (speed - _speeds(before))
+    if isinstance(body.motion, Free) and body.motion.spring is not None:
+        inertia, hold = likely_inertia(body, pose), grip(body, dt)
+        if past > 0:  # what the spring did in the step before is no guide
+            pulled = spring_impulse(body, before, past)
+            pulled -= grip(body, past) * (speed - _speeds(before))
+            gain -= dt / past * pulled / inertia
+        gain = (gain + spring_impulse(body, pose, dt) / inertia) / (1.0 + hold / inertia)
+    n, place = len(pose.center), _places(pose) + dt * (speed + 0.5 * gain)
+    speed = speed + gain
     return Pose(
         time=pose.time + dt,
-        center=_plain(pose.center + dt * (speed + 0.5 * gain)),
-        angle=_plain(pose.angle + dt * (spin + 0.5 * turn)),
-        velocity=_plain(speed + gain),
-        spin=_plain(spin + turn),
+        center=_plain(place[:n]),
+        angle=_plain(place[n:]),
+        velocity=_plain(speed[:n]),
+        spin=_plain(speed[n:]),
     )
+
+
+def _speeds(pose: Pose) -> Values:
+    return np.array([*pose.velocity, *pose.spin])
+
+
+def _places(pose: Pose) -> Values:
+    return np.array([*pose.center, *pose.angle])
 
 
 def _plain(values: Values) -> tuple[float, ...]:
@@ -67,11 +95,12 @@ def freedom_of(
     after: Sequence[Pose],
     mask: Mask,
     impulses: Values,
+    dt: float,
 ) -> Freedom | None:
     """The free coordinates on a mask of the ``after`` poses; None if no body is free.
 
     ``impulses`` (bodies, 3): force and torque times dt [L^4/T, L^5/T] that each body is given
-    beside the fluid's at the end of the step.
+    beside the fluid's at the end of a step of dt [T], and beside the grip of its spring.
     """
     wanted = free_coordinates(bodies)
     if not wanted:
@@ -81,21 +110,35 @@ def freedom_of(
     modes, inertia, push, likely = [], [], [], []
     for number, axis in wanted:
         body, own = bodies[number], mask.owner == number
-        excess = excess_inertia(body, axis)
+        excess, hold = excess_inertia(body, axis, after[number]), grip(body, dt)[axis]
         modes.append(np.where(own, rigid_modes(points, after[number])[axis], 0.0))
-        inertia.append(excess / cell)
-        drift = mask.drift[number][axis]
-        speed = (*poses[number].velocity, *poses[number].spin)[axis] + drift
-        push.append((excess * speed + impulses[number, axis]) / cell)
-        likely.append((*after[number].velocity, *after[number].spin)[axis] + drift)
+        inertia.append((excess + hold) / cell)
+        drift, speed = mask.drift[number][axis], _speeds(poses[number])[axis]
+        momentum = excess_inertia(body, axis, poses[number]) * speed + excess * drift
+        push.append((momentum + hold * (speed + drift) + impulses[number, axis]) / cell)
+        likely.append(_speeds(after[number])[axis] + drift)
     return Freedom(np.stack(modes), np.array(inertia), np.array(push), np.array(likely))
 
 
-def excess_inertia(body: Body, axis: int) -> float:
+def excess_inertia(body: Body, axis: int, pose: Pose) -> float:
     """The body's mass (moment of inertia for the angle) less that of the fluid in its place."""
     density = body.motion.density if isinstance(body.motion, Free) else 1.0
-    measure = body.measure
-    return (density - 1.0) * (measure.inertia if axis == 2 else measure.volume)
+    return (density - 1.0) * (body.inertia(pose) if axis == 2 else body.measure.volume)
+
+
+def likely_inertia(body: Body, pose: Pose) -> Values:
+    """Masses along x and y and moment of inertia (3,) of a free body with the fluid it carries.
+
+    The added ones are those of an ellipse as long and as wide, of axes 2a and 2b: pi b^2 along a,
+    pi a^2 along b, pi/8 (a^2 - b^2)^2 (H. Lamb, *Hydrodynamics*, 6th ed., art. 71).
+    """
+    density = body.motion.density if isinstance(body.motion, Free) else 1.0
+    low, high = body.bounds(replace(pose, angle=(0.0,) * len(pose.angle)))
+    a, b = (0.5 * (end - begin) for begin, end in zip(low, high, strict=True))
+    c, s = math.cos(pose.angle[0]) ** 2, math.sin(pose.angle[0]) ** 2
+    along = np.array([c * b * b + s * a * a, s * b * b + c * a * a, (a * a - b * b) ** 2 / 8])
+    volume = body.measure.volume
+    return np.asarray(math.pi * along + density * np.array([volume, volume, body.inertia(pose)]))
 
 
 def arrived(
@@ -120,23 +163,41 @@ def arrived(
     return tuple(poses)
 
 
-def outer_impulses(
-    bodies: Sequence[Body], poses: Sequence[Pose], after: Sequence[Pose], dt: float
-) -> Values:
-    """Impulse of gravity and springs over a step, (bodies, 3), per unit fluid density."""
+def outer_impulses(bodies: Sequence[Body], poses: Sequence[Pose], dt: float) -> Values:
+    """Impulse of gravity and springs over a step, (bodies, 3), per unit fluid density.
+
+    Of springs what they do to a body that keeps its velocity: the rest is their `grip`.
+    """
     result = np.zeros((len(bodies), len(COORDINATES)))
-    for number, (body, old, new) in enumerate(zip(bodies, poses, after, strict=True)):
+    for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
         if not isinstance(body.motion, Free):
             continue
-        motion, placed = body.motion, body.placed()
-        if motion.gravity:
-            result[number, :2] += dt * excess_inertia(body, 0) * np.asarray(motion.gravity)
-        if motion.spring is None:
-            continue
-        spring = motion.spring
-        shift = 0.5 * (np.asarray(old.center) + np.asarray(new.center)) - placed.center
-        turn = 0.5 * (old.angle[0] + new.angle[0]) - placed.angle[0]
-        result[number, :2] -= dt * np.asarray(spring.stiffness or (0.0, 0.0)) * shift
-        result[number, :2] -= dt * np.asarray(spring.damping or (0.0, 0.0)) * old.velocity
-        result[number, 2] -= dt * (spring.torsion * turn + spring.twist_damping * old.spin[0])
+        result[number] += spring_impulse(body, pose, dt)
+        if body.motion.gravity:
+            weight = excess_inertia(body, 0, pose)
+            result[number, :2] += dt * weight * np.asarray(body.motion.gravity)
     return result
+
+
+def spring_impulse(body: Body, pose: Pose, dt: float) -> Values:
+    """Impulse (3,) of its spring over a step dt [T] on a body that keeps its velocity."""
+    stiffness, damping = _constants(body)
+    away = _places(pose) - _places(body.placed()) + 0.5 * dt * _speeds(pose)
+    return np.asarray(-dt * (stiffness * away + damping * _speeds(pose)))
+
+
+def grip(body: Body, dt: float) -> Values:
+    """Impulse (3,) by which its spring resists a unit change of the velocity in a step dt [T]."""
+    stiffness, damping = _constants(body)
+    return np.asarray(dt * (0.5 * damping + 0.25 * dt * stiffness))
+
+
+def _constants(body: Body) -> tuple[Values, Values]:
+    """Stiffness and damping (3,) of a body's spring along x, y and angle; zeros without one."""
+    spring = body.motion.spring if isinstance(body.motion, Free) else None
+    if spring is None:
+        return np.zeros(3), np.zeros(3)
+    return (
+        np.array([*(spring.stiffness or (0.0, 0.0)), spring.torsion]),
+        np.array([*(spring.damping or (0.0, 0.0)), spring.twist_damping]),
+    )

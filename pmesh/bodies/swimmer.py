@@ -158,6 +158,10 @@ class Swimmer:
         """Where it was put, at rest."""
         return replace(still(self.position), angle=(self.heading,))
 
+    def inertia(self, pose: Pose) -> float:
+        """Polar moment [L^4] about the centre of mass: it is less when bent."""
+        return self.inertia_at(pose.time)
+
     def start(self) -> Pose:
         """There too, but for its motion at time 0: a law's own place, a free body's velocity."""
         return launched(self.placed(), self.motion)

@@ -59,10 +59,9 @@ def loads_of(
     """
     loads = []
     for number, body in enumerate(bodies):
-        measure = body.measure
         old, new = before[number], after[number]
         gain = dt * inertia_force((body,), (old,), (new,), dt)
-        turn = measure.inertia * (new.spin[0] - old.spin[0])
+        turn = spin_gained(body, old, new)
         loads.append(
             Load(
                 force=tuple(float(x) for x in (gain - sums[number, :2]) / dt),
@@ -80,14 +79,13 @@ def kinetic_energy(wall: Wall, poses: Sequence[Pose]) -> Values:
     mask = wall.mask()
     energies = []
     for number, (body, pose) in enumerate(zip(wall.bodies, poses, strict=True)):
-        measure = body.measure
-        speed = float(np.dot(pose.velocity, pose.velocity))
-        energy = 0.5 * (measure.volume * speed + measure.inertia * pose.spin[0] ** 2)
+        volume, speed = body.measure.volume, float(np.dot(pose.velocity, pose.velocity))
+        energy = 0.5 * (volume * speed + body.inertia(pose) * pose.spin[0] ** 2)
         change = deformation_on(body, pose, mask.grid)
         if change is not None:
             own = np.where(mask.owner == number, mask.chi, 0.0)
             square = float(np.sum(own * np.sum(change**2, axis=0)))
-            energy += 0.5 * measure.volume * square / float(own.sum())
+            energy += 0.5 * volume * square / float(own.sum())
         energies.append(energy)
     return np.array(energies)
 
@@ -115,3 +113,8 @@ def inertia_force(
     for body, old, new in zip(bodies, before, after, strict=True):
         total += body.measure.volume * np.subtract(new.velocity, old.velocity) / dt
     return total
+
+
+def spin_gained(body: Body, old: Pose, new: Pose) -> float:
+    """Angular momentum [L^(ndim+2)/T] that fluid moving with a body gained about its centre."""
+    return body.inertia(new) * new.spin[0] - body.inertia(old) * old.spin[0]

@@ -65,7 +65,7 @@ class Passage:
             dt=dt,
             last=state.constraint,
             given=0.5 * dt * state.constraint.force if state.step > 0 else None,
-            push=outer_impulses(wall.bodies, state.poses, ahead.poses, dt) + ahead.hits,
+            push=outer_impulses(wall.bodies, state.poses, dt) + ahead.hits,
             hit=tuple(bool(row.any()) for row in ahead.hits),
         )
 
@@ -86,7 +86,9 @@ class Passage:
             worked = work(self.given, mask, before.poses, bodies)
             carried = after.carried(before, self.given)
             guess = after.guess(carried + after.carried(before, self.dt * self.last.change))
-        freedom = freedom_of(bodies, before.poses, after.poses, after.mask(), self.push - sums)
+        freedom = freedom_of(
+            bodies, before.poses, after.poses, after.mask(), self.push - sums, self.dt
+        )
         speed = max(speed, after.fastest())
         imposed = after.impose(velocity, self.tau, speed, guess, freedom)
         poses = arrived(bodies, after.poses, after.mask(), imposed.values)

@@ -14,7 +14,7 @@ from pmesh.bodies.control_volume import box_of, momentum_balance
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.traction import has_room, traction
 from pmesh.vortex.constraint import window_on
-from pmesh.vortex.loads import inertia_force
+from pmesh.vortex.loads import inertia_force, spin_gained
 from pmesh.vortex.state import State
 from remesh.grid import Grid
 
@@ -92,7 +92,7 @@ def _flux(
         velocity, vorticity, grid, box, dt=dt, viscosity=viscosity, center=_middle(poses)
     )
     force = np.asarray(found.force) + inertia_force((body,), poses[:1], poses[1:], dt)
-    spun = body.measure.inertia * (poses[1].spin[0] - poses[0].spin[0]) / dt
+    spun = spin_gained(body, *poses) / dt
     return float(force[0]), float(force[1]), float(found.torque + spun)
 
 
