@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -16,7 +18,7 @@ from pmesh.bodies.mask import (
     rigid_modes,
     swelling,
 )
-from pmesh.bodies.motion import Free, Prescribed
+from pmesh.bodies.motion import Fixed, Free, Prescribed
 from pmesh.bodies.swimmer import Swimmer
 from remesh.grid import Grid
 
@@ -118,9 +120,41 @@ def test_what_is_locked_keeps_its_drift():
     np.testing.assert_array_equal(seen.velocity, deformation_on(held, pose, grid))
 
 
+@pytest.mark.parametrize("locked", [("x",), ("angle",), ("x", "y")])
+def test_a_partly_locked_deformation_has_no_momentum_along_what_is_loose(locked):
+    tied = Swimmer.carling(heading=0.4, motion=Free(locked=locked))
+    pose = replace(tied.start(), time=1.2)
+    grid = box_around((tied,), (pose,), FINE, 0.05)
+    seen = mask_of((tied,), (pose,), grid, 1.5 / 128, 0.01)
+    momenta = np.einsum("mixy,ixy->m", rigid_modes(grid.points(), pose) * seen.chi, seen.velocity)
+    loose = np.array([name not in locked for name in ("x", "y", "angle")])
+    assert np.abs(momenta[loose]).max() <= 1e-13 * float(np.abs(seen.velocity * seen.chi).sum())
+    assert not seen.drift[0][~loose].any()
+    assert seen.drift[0][loose].all()
+
+
 def test_where_a_surface_is_does_not_depend_on_its_speed():
     free = RigidBody(Disk(radius=1.0), motion=Free(velocity=(1.0, 2.0), spin=3.0))
-    assert at_rest((free.start(),)) == at_rest((RigidBody(Disk(radius=1.0)).start(),))
+    still = RigidBody(Disk(radius=1.0))
+    assert at_rest((free,), (free.start(),)) == at_rest((still,), (still.start(),))
+
+
+def test_what_does_not_move_is_drawn_once_and_what_bends_at_every_time():
+    led = RigidBody(Disk(radius=1.0), motion=Prescribed(shift=lambda t: (max(t, 1.0), 0.0)))
+    fish = Swimmer.carling(motion=Fixed())
+    drawn = {}
+    for name, body in (("fixed", DISK), ("free", replace(DISK, motion=Free())), ("led", led)):
+        poses = [replace(body.start(), time=t) for t in (0.0, 0.3)]
+        drawn[name] = [mask_of((body,), (pose,), GRID, 1.5 * H, 0.0) for pose in poses]
+    assert all(first is then for first, then in drawn.values())
+    poses = [replace(fish.start(), time=t) for t in (0.0, 0.3)]
+    first, then = (mask_of((fish,), (pose,), FINE, 1.5 / 128, 0.0) for pose in poses)
+    assert (first.chi != then.chi).any()
+    slow = RigidBody(Disk(radius=1.0), motion=Prescribed(velocity=lambda t: (t, 0.0)))
+    poses = [slow.motion.pose(slow.start(), t) for t in (0.0, 0.3)]
+    first, then = (mask_of((slow,), (pose,), GRID, 1.5 * H, 0.0) for pose in poses)
+    assert (first.velocity[0].max(), then.velocity[0].max()) == (0.0, 0.3)
+    np.testing.assert_array_equal(first.chi, then.chi)
 
 
 def test_rigid_sections_swell_and_shrink_by_the_same_amount():

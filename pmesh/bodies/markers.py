@@ -49,7 +49,7 @@ def markers_of(
         )
     places: list[Values] = []
     weights: list[Values] = []
-    for body, pose in zip(bodies, at_rest(poses), strict=True):
+    for body, pose in zip(bodies, at_rest(bodies, poses), strict=True):
         found = _lines(body, pose, grid, retraction)
         if not found:
             raise InputError(

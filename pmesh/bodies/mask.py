@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -32,7 +33,6 @@ class Mask(NamedTuple):
     drift: tuple[Array, ...]  # rigid velocity and spin that each deformation lost on the mesh
 
 
-@lru_cache(maxsize=8)
 def mask_of(
     bodies: tuple[Body, ...],
     poses: tuple[Pose, ...],
@@ -46,10 +46,27 @@ def mask_of(
     ``sharp``: the square of that indicator.
 
     The deformation of a free body has no linear and no angular momentum on the mesh, to round-off:
-    what it has is taken from it and told as ``drift``; locked coordinates keep theirs.
+    what it has is taken from it and told as ``drift``; locked coordinates keep theirs. Bodies that
+    do not move are drawn once.
     """
+    told = tuple(
+        rest if isinstance(body.motion, Free) else replace(pose, time=rest.time)
+        for body, pose, rest in zip(bodies, poses, at_rest(bodies, poses), strict=True)
+    )
+    return _mask(bodies, told, grid, width, offset, sharp)
+
+
+@lru_cache(maxsize=8)
+def _mask(
+    bodies: tuple[Body, ...],
+    poses: tuple[Pose, ...],
+    grid: Grid,
+    width: float,
+    offset: float,
+    sharp: bool,
+) -> Mask:
     points = grid.points()
-    owner, distance = _nearest(bodies, at_rest(poses), grid)
+    owner, distance = _nearest(bodies, at_rest(bodies, poses), grid)
     ramp = indicator(distance + offset, width)
     chi, root = (ramp**2, ramp) if sharp else (ramp, np.sqrt(ramp))
     velocity, drifts = np.zeros_like(points), []
@@ -61,8 +78,8 @@ def mask_of(
         drift: Array = np.zeros(grid.ndim + len(pose.spin))
         if change is not None:
             if isinstance(body.motion, Free):
-                drift = _momentum(change, points, pose, np.where(own, chi, 0.0))
-                drift[[name in body.motion.locked for name in COORDINATES]] = 0.0
+                loose = [name not in body.motion.locked for name in COORDINATES]
+                drift[loose] = _momentum(change, points, pose, np.where(own, chi, 0.0), loose)
                 change = change - _motion(drift, points, pose)
             matter = matter + change
         velocity = np.where(own, matter, velocity)
@@ -81,7 +98,7 @@ def swelling(
     if all(body.solenoidal for body in bodies):
         return None
     points = grid.points()
-    owner, distance = _nearest(bodies, at_rest(poses), grid)
+    owner, distance = _nearest(bodies, at_rest(bodies, poses), grid)
     chi = indicator(distance, width)
     total = np.zeros(grid.shape)
     for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
@@ -95,7 +112,7 @@ def swelling(
 
 def deformation_on(body: Body, pose: Pose, grid: Grid) -> Array | None:
     """Velocity [L/T] of a body's matter beyond the rigid motion, on the nodes; None if rigid."""
-    return _deformation(body, at_rest((pose,))[0], grid) if body.deforming else None
+    return _deformation(body, at_rest((body,), (pose,))[0], grid) if body.deforming else None
 
 
 @lru_cache(maxsize=16)
@@ -143,19 +160,26 @@ def _nearest(
     return np.argmin(distances, axis=0), distances.min(axis=0)
 
 
-def at_rest(poses: tuple[Pose, ...]) -> tuple[Pose, ...]:
-    """The poses without their velocities: where the surfaces are."""
+def at_rest(bodies: Sequence[Body], poses: Sequence[Pose]) -> tuple[Pose, ...]:
+    """Where the surfaces are: the poses without velocities, and without time if it bends none."""
     return tuple(
-        replace(pose, velocity=(0.0,) * len(pose.velocity), spin=(0.0,) * len(pose.spin))
-        for pose in poses
+        replace(
+            pose,
+            time=pose.time if body.deforming else 0.0,
+            velocity=(0.0,) * len(pose.velocity),
+            spin=(0.0,) * len(pose.spin),
+        )
+        for body, pose in zip(bodies, poses, strict=True)
     )
 
 
-def _momentum(change: Array, points: Array, pose: Pose, weight: Array) -> Array:
-    """The rigid velocity and spin about the centre with the momenta of a velocity."""
-    modes = rigid_modes(points, pose)
-    flat = modes.reshape(len(modes), -1)
-    weighted = (modes * weight).reshape(len(modes), -1)
+def _momentum(
+    change: Array, points: Array, pose: Pose, weight: Array, loose: Sequence[bool]
+) -> Array:
+    """The rigid motion along the loose coordinates that has the momenta of a velocity there."""
+    modes = rigid_modes(points, pose)[list(loose)]
+    flat = modes.reshape(len(modes), change.size)
+    weighted = (modes * weight).reshape(len(modes), change.size)
     return np.asarray(np.linalg.solve(weighted @ flat.T, weighted @ change.ravel()))
 
 

@@ -25,8 +25,9 @@ def swelling_flow(wall: Wall, solver: VelocitySolver) -> Array:
     With it a deformation that is not solenoidal can be held by a solenoidal force.
     """
     return _swelling_flow(
-        wall.bodies, at_rest(wall.poses), wall.grid, wall.near, wall.settings.width, solver
-    )
+        wall.bodies, at_rest(wall.bodies, wall.poses), wall.grid, wall.near,
+        wall.settings.width, solver,
+    )  # fmt: skip
 
 
 @lru_cache(maxsize=3)
