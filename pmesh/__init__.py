@@ -9,6 +9,7 @@ from remesh.lazy import lazy_names
 if TYPE_CHECKING:
     from pmesh.bodies.body import RigidBody as RigidBody
     from pmesh.bodies.contact import ContactLaw as ContactLaw
+    from pmesh.bodies.forcing import DirectForcing as DirectForcing
     from pmesh.bodies.motion import Fixed as Fixed
     from pmesh.bodies.motion import Free as Free
     from pmesh.bodies.motion import Prescribed as Prescribed
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from pmesh.spectral.poisson import poisson as poisson
     from pmesh.spectral.poisson import velocity as velocity
     from pmesh.vortex.flow import VortexFlow as VortexFlow
+    from pmesh.vortex.flowmap import VelocityHistory as VelocityHistory
+    from pmesh.vortex.flowmap import ftle as ftle
     from pmesh.vortex.limits import Limit as Limit
     from pmesh.vortex.state import State as State
     from pmesh.vortex.window import Window as Window
@@ -36,6 +39,7 @@ else:
 __all__ = [
     "BlowUpError",
     "ContactLaw",
+    "DirectForcing",
     "Fixed",
     "Forces",
     "Free",
@@ -52,8 +56,10 @@ __all__ = [
     "State",
     "StorageError",
     "Swimmer",
+    "VelocityHistory",
     "VortexFlow",
     "Window",
+    "ftle",
     "poisson",
     "run",
     "velocity",
@@ -67,6 +73,7 @@ _HOME = {
     "Window": "pmesh.vortex.window",
     "RigidBody": "pmesh.bodies.body",
     "ContactLaw": "pmesh.bodies.contact",
+    "DirectForcing": "pmesh.bodies.forcing",
     "Swimmer": "pmesh.bodies.swimmer",
     "Penalisation": "pmesh.bodies.penalise",
     "Progress": "pmesh.run.progress",
@@ -75,7 +82,9 @@ _HOME = {
     "Ledger": "pmesh.run.watchers",
     "poisson": "pmesh.spectral.poisson",
     "velocity": "pmesh.spectral.poisson",
+    "VelocityHistory": "pmesh.vortex.flowmap",
     "VortexFlow": "pmesh.vortex.flow",
+    "ftle": "pmesh.vortex.flowmap",
     "Limit": "pmesh.vortex.limits",
     "State": "pmesh.vortex.state",
     "BlowUpError": "remesh.errors",
