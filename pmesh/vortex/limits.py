@@ -6,13 +6,20 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from pmesh.bodies.body import Body
 from pmesh.bodies.motion import Free, Prescribed
+from pmesh.bodies.pose import Pose
+from pmesh.bodies.spring import likely_inertia, spring_constants
 from pmesh.vortex.state import State
 from remesh.errors import InputError
 
 LAW = 0.05  # of the scale of a law of motion, at most
 BEAT = 0.01  # of the period of a deforming body
+FALL = 0.25  # spacings that a body falls from rest
+DROP = 0.0625  # the same in the first step, which does not know the acceleration
+SWING = 0.5  # radians of a spring's swing
 
 
 @dataclass(frozen=True)
@@ -36,24 +43,41 @@ def body_limits(bodies: Sequence[Body], state: State, viscosity: float) -> list[
     """What bodies ask of a step: see `VortexFlow.limit`."""
     if not bodies:
         return []
-    size = min(
-        b - a
-        for body, pose in zip(bodies, state.poses, strict=True)
-        for a, b in zip(*body.bounds(pose), strict=True)
-    )
+    size = min(map(thickness, bodies))
     limits = [
         Limit(ratio(0.1 * size, state.speed), "body"),
         Limit(0.01 * size**2 / viscosity, "diffusion"),
     ]
-    for body in bodies:
+    for body, pose in zip(bodies, state.poses, strict=True):
         motion, dt = body.motion, BEAT * body.period
         if isinstance(motion, Prescribed):
             dt = min(dt, LAW * motion.scale)
-        if isinstance(motion, Free) and motion.gravity and motion.density != 1.0:
-            pull = abs(motion.density - 1.0) * math.hypot(*motion.gravity)
-            dt = min(dt, math.sqrt(2.0 * state.grid.spacing * (motion.density + 1.0) / pull))
+        if isinstance(motion, Free):
+            fall = state.grid.spacing * (FALL if state.step else DROP)
+            dt = min(dt, _falling(motion, fall))
+            dt = min(dt, math.inf if motion.spring is None else _swinging(body, pose))
         limits.append(Limit(dt, "motion"))
     return limits
+
+
+def thickness(body: Body) -> float:
+    """The shorter axis [L] of the ellipse with a body's area and inertia, however it is turned."""
+    square, area = 4.0 * body.measure.inertia / body.measure.volume, body.measure.volume / math.pi
+    rest = math.sqrt(max(square**2 - 4.0 * area**2, 0.0))
+    return 2.0 * area * math.sqrt(2.0 / (square + rest))
+
+
+def _falling(motion: Free, fall: float) -> float:
+    """Time [T] in which a body with the added mass of a disk falls so far [L] from rest."""
+    pull = abs(motion.density - 1.0) * math.hypot(*motion.gravity)
+    return math.sqrt(2.0 * fall * (motion.density + 1.0) / pull) if pull > 0 else math.inf
+
+
+def _swinging(body: Body, pose: Pose) -> float:
+    """Time [T] in which the stiffest of a body's springs swings half a radian."""
+    stiffness, _ = spring_constants(body)
+    fastest = float(np.max(stiffness / likely_inertia(body, pose)))
+    return ratio(SWING, math.sqrt(fastest))
 
 
 def ratio(allowed: float, rate: float) -> float:
