@@ -36,6 +36,8 @@ def test_a_body_starts_where_its_shape_was_placed(shape, dtype):
     assert body.bounds(pose) == shape.bounds()
     assert not pose.rigid(points).any()
     assert body.deformation(points, pose) is None
+    assert body.placed() == pose
+    assert body.inertia(replace(pose, time=3.0)) == measure(shape).inertia
     assert not body.deforming
     assert body.period == math.inf
 

@@ -182,6 +182,7 @@ def test_the_measure_is_that_of_the_straight_body():
     assert swimmer.measure.inertia == pytest.approx(0.0032910, abs=5e-8)
     assert swimmer.inertia_at(0.0) == pytest.approx(swimmer.measure.inertia, rel=1e-12)
     assert swimmer.inertia_at(1.3) < swimmer.measure.inertia
+    assert swimmer.inertia(replace(swimmer.start(), time=1.3)) == swimmer.inertia_at(1.3)
     assert swimmer.measure.center == (0.0, 0.0)
 
 
