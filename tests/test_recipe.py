@@ -106,6 +106,7 @@ class Mutable:
 
     ndim = 2
     motion, measure, start = DISK.motion, DISK.measure, DISK.start
+    placed, inertia = DISK.placed, DISK.inertia
     __hash__ = None  # type: ignore[assignment]
 
     def bounds(self, pose):

@@ -130,9 +130,10 @@ class VortexFlow:
         """The largest step [T] that this state allows, and the rule that sets it.
 
         "deformation": dt * max|grad u| <= ``deformation``, from the last step's velocity; "body":
-        no particle passes more than a tenth of the smallest body; "diffusion": the viscous spread
+        no particle passes more than a tenth of the thinnest body; "diffusion": the viscous spread
         stays below a tenth of it; "motion": a law of motion or a body's period is resolved, a
-        falling body drops less than a spacing; "largest_step": the user's own bound.
+        falling body drops less than a quarter of a spacing from rest, a spring swings less than
+        half a radian; "largest_step": the user's own bound.
         """
         limits = [Limit(ratio(self.deformation, state.gradient), "deformation")]
         limits += body_limits(self.bodies, state, self.viscosity)

@@ -149,7 +149,10 @@ def _check_bodies(flow: VortexFlow) -> None:
     low = flow.grid.origin
     high = tuple(start + span for start, span in zip(low, flow.grid.length, strict=True))
     for number, body in enumerate(flow.bodies):
-        if not all(hasattr(body, name) for name in ("distance", "bounds", "motion", "measure")):
+        if not all(
+            hasattr(body, name)
+            for name in ("distance", "bounds", "motion", "measure", "placed", "inertia")
+        ):
             raise InputError(
                 f"bodies[{number}] is a {type(body).__name__}, not a body",
                 hint="pmesh.RigidBody(levelset.shapes.Disk(radius=0.5))",
