@@ -6,8 +6,8 @@ is thick, a shear passes a little fluid beside the wall, which blows through it 
 changes. One dimension tells both, from the shear between two penalised walls. The indicator is
 drawn in by the first, so that the flow sees the wall at distance zero. A sharp wall undoes the
 second too, by the velocity that it feels, ``u + blur h^2 laplace(u)``; and its ``chi`` is the
-square of the ramp, whose long foot makes the wall stand still when it moves between nodes: to 0.025 h at
-width 2.5, where a plain one of width 1.5 goes 0.16 h to and fro.
+square of the ramp, whose long foot makes the wall stand still when it moves between nodes: to
+0.025 h at width 2.5, where a plain one of width 1.5 goes 0.16 h to and fro.
 """
 
 from __future__ import annotations
