@@ -8,14 +8,14 @@ import pytest
 
 from pmesh.bodies import gait as gaits
 from pmesh.bodies.gait import Gait, check, offsets, shape, straight
-from pmesh.bodies.midline import CARANGIFORM, CARLING, CSTART, SEED
+from pmesh.bodies.midline import ANGUILLIFORM, CARANGIFORM, CARLING, CSTART
 from pmesh.bodies.outline import Drawn, Eel, Foil, Larva
 from remesh.errors import InputError
 
 GAITS = {
     "carling": Gait(midline=CARLING, outline=Eel()),
     "rigid": Gait(midline=CARLING, outline=Eel(), section="rigid"),
-    "seed": Gait(midline=SEED, outline=Eel()),
+    "anguilliform": Gait(midline=ANGUILLIFORM, outline=Eel()),
     "carangiform": Gait(midline=CARANGIFORM, outline=Foil()),
     "cstart": Gait(midline=CSTART, outline=Larva()),
 }
@@ -110,7 +110,7 @@ def test_an_incompressible_section_keeps_the_area_of_each_side():
     assert low - kappa * low**2 / 2 == pytest.approx(-width)
 
 
-@pytest.mark.parametrize("name", ["carling", "seed", "carangiform"])
+@pytest.mark.parametrize("name", ["carling", "anguilliform", "carangiform"])
 def test_half_a_period_later_the_shape_is_the_mirror_image(name):
     gait = GAITS[name]
     turns = []
@@ -127,7 +127,7 @@ def test_half_a_period_later_the_shape_is_the_mirror_image(name):
     assert turns == pytest.approx([turns[0]] * 3, abs=1e-10)
 
 
-@pytest.mark.parametrize("name", ["carling", "seed", "carangiform"])
+@pytest.mark.parametrize("name", ["carling", "anguilliform", "carangiform"])
 def test_the_midline_is_the_lateral_displacement_asked_for(name):
     gait, time = GAITS[name], 1.37
     body = shape(gait, time)

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from pmesh.bodies.midline import (
+    ANGUILLIFORM,
     CARANGIFORM,
     CARLING,
     CSTART,
-    SEED,
     Bends,
     Curved,
     Stage,
@@ -23,7 +23,7 @@ S = np.linspace(0.0, 1.0, 101)
 LAWS = {
     "carling": CARLING,
     "sine": replace(CARLING, ramp="sine"),
-    "seed": SEED,
+    "anguilliform": ANGUILLIFORM,
     "carangiform": CARANGIFORM,
     "cstart": CSTART,
     "own": Curved(law=lambda s, t: 2 * s * np.cos(2 * math.pi * (s - t))),
@@ -60,7 +60,11 @@ def test_laws_repeat_every_period_once_they_have_settled(name):
 
 @pytest.mark.parametrize(
     ("law", "head", "tail"),
-    [(CARLING, 0.125 * 0.03125 / 1.03125, 0.125), (SEED, 0.025, 0.125), (CARANGIFORM, 0.02, 0.1)],
+    [
+        (CARLING, 0.125 * 0.03125 / 1.03125, 0.125),
+        (ANGUILLIFORM, 0.025, 0.125),
+        (CARANGIFORM, 0.02, 0.1),
+    ],
 )
 def test_waves_have_the_published_amplitudes(law, head, tail):
     times = 1.0 + np.linspace(0, 1, 401)
@@ -74,7 +78,7 @@ def test_the_wave_runs_from_head_to_tail():
     assert ahead == pytest.approx(CARLING.lateral(s, time) / np.polyval(CARLING.amplitude[::-1], s))
 
 
-@pytest.mark.parametrize("law", [CARLING, SEED, CARANGIFORM])
+@pytest.mark.parametrize("law", [CARLING, ANGUILLIFORM, CARANGIFORM])
 def test_the_curvature_is_that_of_the_lateral_displacement(law):
     time, h = 1.37, 1e-3
     slope = (law.lateral(S + h, time) - law.lateral(S - h, time)) / (2 * h)

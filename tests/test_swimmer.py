@@ -14,7 +14,7 @@ from remesh.errors import InputError
 
 MAKERS = {
     "carling": Swimmer.carling,
-    "seed": Swimmer.seed,
+    "anguilliform": Swimmer.anguilliform,
     "carangiform": Swimmer.carangiform,
     "cstart": Swimmer.cstart,
 }

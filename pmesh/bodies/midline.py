@@ -269,8 +269,9 @@ CARLING = Wave(amplitude=(0.125 * 0.03125 / 1.03125, 0.125 / 1.03125))
 """Carling's anguilliform wave: 0.125 (s + 0.03125) / 1.03125, as MRAG-I2D and SophT have it
 (J. Carling, T. L. Williams, G. Bowtell, J. Exp. Biol. 201, 3143, 1998)."""
 
-SEED = Wave(amplitude=(0.025, 0.1))
-"""A backbone with the same tail and a wider head: 0.1 (s + 0.25)."""
+ANGUILLIFORM = Wave(amplitude=(0.025, 0.1))
+"""A backbone with the same tail and a wider head: 0.1 (s + 0.25), as P. Koumoutsakos prints it in
+the lecture "Key aspects of particle methods"."""
 
 CARANGIFORM = Wave(amplitude=(0.02, -0.0825, 0.1625))
 """Carangiform: 0.1 (1 - 0.825 (s - 1) + 1.625 (s^2 - 1)), of A. P. Maertens, A. Gao,

@@ -104,11 +104,11 @@ class Swimmer:
         return _wave(cls, midlines.CARLING, Eel(), length, period, more)
 
     @classmethod
-    def seed(cls, *, length: float = 1.0, period: float = 1.0, **more: Any) -> Swimmer:
-        """The same with the backbone 0.1 (s + 0.25): the tail's amplitude is the same, the head's
-        seven times that of Carling's.
+    def anguilliform(cls, *, length: float = 1.0, period: float = 1.0, **more: Any) -> Swimmer:
+        """The same with the backbone 0.1 (s + 0.25) of Koumoutsakos' lecture on particle methods: the
+        tail's amplitude is the same, the head's seven times that of Carling's.
         """
-        return _wave(cls, midlines.SEED, Eel(), length, period, more)
+        return _wave(cls, midlines.ANGUILLIFORM, Eel(), length, period, more)
 
     @classmethod
     def carangiform(cls, *, length: float = 1.0, period: float = 1.0, **more: Any) -> Swimmer:

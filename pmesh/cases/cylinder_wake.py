@@ -61,7 +61,7 @@ class CylinderWake(Case):
 
     until: float = option(80.0, "end of the run", unit="D/U")
     reynolds: float = option(100.0, "Reynolds number U D / nu, from 20 to 400")
-    nodes: int = option(32, "mesh nodes per diameter")
+    nodes: int = option(40, "mesh nodes per diameter")
     ahead: float = option(3.0, "window ahead of the cylinder's centre", unit="D")
     beside: float = option(4.0, "window to each side", unit="D")
     behind: float = option(12.0, "window behind", unit="D")

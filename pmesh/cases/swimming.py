@@ -46,7 +46,7 @@ class Swimming(Case):
 
     until: float = option(8.0, "end of the run; the last two periods are counted", unit="T")
     nodes: int = option(256, "mesh nodes per body length")
-    gait: Literal["carling", "seed", "carangiform"] = option("carling", "how it bends")
+    gait: Literal["carling", "anguilliform", "carangiform"] = option("carling", "how it bends")
     viscosity: float = option(VISCOSITY, "kinematic viscosity", unit="L^2/T")
     deformation: float = option(0.25, "largest dt * max|grad u|")
     kernel: str = option("M6'", "remeshing kernel")
@@ -83,7 +83,7 @@ class Swimming(Case):
 
         make = {
             "carling": Swimmer.carling,
-            "seed": Swimmer.seed,
+            "anguilliform": Swimmer.anguilliform,
             "carangiform": Swimmer.carangiform,
         }[self.gait]
         return make(start=RAMP, **more)
