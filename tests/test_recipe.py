@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from levelset.shapes import Box, Disk
+from levelset.shapes import Box, Disk, Ellipse
 from pmesh.bodies.body import RigidBody
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.recipe import checked_vorticity
@@ -118,3 +118,21 @@ class Mutable:
 def test_a_body_that_cannot_be_hashed_is_refused():
     with pytest.raises(InputError, match=r"bodies\[0\] cannot be hashed"):
         flow(bodies=[Mutable()])
+
+
+@pytest.mark.parametrize("shift", [0.0, 0.25, 0.5])
+def test_how_thick_a_body_is_does_not_depend_on_where_nodes_lie(shift):
+    h = 1 / 16
+    grid = Grid((64, 64), h, (-2.0, -2.0))
+    thick = RigidBody(Ellipse(axes=(1.0, 0.255), center=(0.3 * h, shift * h)))  # 8.16 spacings
+    VortexFlow(grid=grid, viscosity=0.01, bodies=[thick])
+    thin = RigidBody(Ellipse(axes=(1.0, 0.245), center=(0.3 * h, shift * h)))
+    with pytest.raises(InputError, match=r"is 7\.8\d spacings thick"):
+        VortexFlow(grid=grid, viscosity=0.01, bodies=[thin])
+
+
+def test_bodies_that_begin_inside_each_other_are_refused():
+    left, right = (RigidBody(Disk(radius=0.6, center=(x, 0.0))) for x in (-0.4, 0.4))
+    with pytest.raises(InputError, match=r"bodies\[0\] and bodies\[1\] overlap") as caught:
+        flow(bodies=[left, right])
+    assert "union" in caught.value.hint

@@ -149,6 +149,8 @@ def test_a_street_of_eddies_beyond_is_felt_as_if_it_went_on():
         ({"lower": (1.0, 3.0), "upper": (6.0, 3.0)}, "lower must reach beyond"),
         ({"lower": (3.0, 3.0), "upper": (6.0, math.nan)}, "upper must reach beyond"),
         ({"lower": (3.0, 3.0), "upper": (6.0, 3.0), "fade": 0.0}, "fade must be positive"),
+        ({"lower": (3.0, 3.0), "upper": (6.0, 3.0), "fade": math.nan}, "fade must be positive"),
+        ({"lower": 3.0, "upper": (6.0, 3.0)}, "lower must hold one reach per axis"),
     ],
 )
 def test_a_window_without_room_is_refused(options, text):

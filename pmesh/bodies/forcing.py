@@ -1,10 +1,11 @@
 """Direct forcing: the impulse on markers of the bodies that gives the fluid there their velocity.
 
-The immersed-boundary force ``f = (u_desired - u)/dt - (-grad p + div tau)`` per unit density: ``u* = u + dt (-grad p + div tau)`` is the velocity at the end of the step without the
-force, so ``f dt = u_desired - u*`` on the boundary. In vorticity form u* is what advection and
-spread leave. Impulses q of markers go to the mesh by a remeshing kernel (p2m), their curl becomes
-vorticity, and the velocity comes back by the same kernel (m2p), its adjoint. Forcing once leaves
-slip, because markers share nodes and the pressure answers: the impulses solve
+The immersed-boundary force ``f = (u_desired - u)/dt - (-grad p + div tau)`` per unit density:
+``u* = u + dt (-grad p + div tau)`` is the velocity at the end of the step without the force, so
+``f dt = u_desired - u*`` on the boundary. In vorticity form u* is what advection and spread leave.
+Impulses q of markers go to the mesh by a remeshing kernel (p2m), their curl becomes vorticity, and
+the velocity comes back by the same kernel (m2p), its adjoint. Forcing once leaves slip, because
+markers share nodes and the pressure answers: the impulses solve
 
     E A E^T q = u_desired - E u*
 

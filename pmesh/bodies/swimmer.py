@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -73,7 +74,8 @@ class Swimmer:
             if not (math.isfinite(value) and value > 0):
                 raise InputError(f"Swimmer {name} must be positive, got {value:g}", hint="1.0")
             object.__setattr__(self, name, value)
-        place = tuple(as_number("Swimmer position", x, hint="0.0") for x in self.position)
+        given = self.position if isinstance(self.position, Iterable) else (self.position,)
+        place = tuple(as_number("Swimmer position", x, hint="0.0") for x in given)
         heading = as_number("Swimmer heading", self.heading, hint="0.0")
         if len(place) != 2 or not all(map(math.isfinite, (*place, heading))):
             raise InputError(
@@ -82,9 +84,11 @@ class Swimmer:
             )
         object.__setattr__(self, "position", place)
         object.__setattr__(self, "heading", heading)
-        if not 50 <= self.samples <= 20_000:
+        samples = as_number("Swimmer samples", self.samples, hint="samples=400")
+        if not 50 <= samples <= 20_000 or samples % 1:
             raise InputError(
-                f"Swimmer samples must be 50 to 20000, got {self.samples}", hint="samples=400"
+                f"Swimmer samples must be a whole number from 50 to 20000, got {samples:g}",
+                hint="samples=400",
             )
         if self.section not in ("incompressible", "rigid"):
             raise InputError(
@@ -105,8 +109,9 @@ class Swimmer:
 
     @classmethod
     def anguilliform(cls, *, length: float = 1.0, period: float = 1.0, **more: Any) -> Swimmer:
-        """The same with the backbone 0.1 (s + 0.25) of Koumoutsakos' lecture on particle methods: the
-        tail's amplitude is the same, the head's seven times that of Carling's.
+        """The same with the backbone 0.1 (s + 0.25) of Koumoutsakos' lecture on particle methods.
+
+        The tail's amplitude is that of Carling's, the head's seven times as large.
         """
         return _wave(cls, midlines.ANGUILLIFORM, Eel(), length, period, more)
 

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.bodies.body import Body
 from pmesh.bodies.contact import ContactLaw
 from pmesh.bodies.forcing import DirectForcing
 from pmesh.bodies.mask import MARGIN, box_around
 from pmesh.bodies.penalise import Penalisation
+from pmesh.bodies.pose import Pose
 from pmesh.spectral.symbols import Greens
 from pmesh.vortex.schemes import SCHEMES
 from pmesh.vortex.window import Window
@@ -26,6 +28,7 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.floating[Any]]
 
+OVERLAP = 0.5  # spacings by which two bodies may each lie inside the other at the start
 DEEP = 4.0  # spacings from the surface to the middle of a body, at least
 
 
@@ -192,12 +195,13 @@ def _check_room(flow: VortexFlow) -> None:
     poses = tuple(body.start() for body in flow.bodies)
     box = box_around(flow.bodies, poses, grid, reach)
     for number, (body, pose) in enumerate(zip(flow.bodies, poses, strict=True)):
-        depth = -float(body.distance(box.points(), pose).min()) / grid.spacing
+        depth = _depth(body, pose, box) / grid.spacing
         if depth < DEEP:
             raise InputError(
-                f"bodies[{number}] is {max(2 * depth, 0):.1f} spacings thick, needs {2 * DEEP:g}",
+                f"bodies[{number}] is {max(2 * depth, 0):.2f} spacings thick, needs {2 * DEEP:g}",
                 hint=f"a spacing below {grid.spacing * max(depth, 0.5) / DEEP:.3g}",
             )
+    _check_apart(flow.bodies, poses, box)
     if flow.domain != "fixed":
         return
     for axis, wraps in enumerate(grid.periodic):
@@ -208,3 +212,29 @@ def _check_room(flow: VortexFlow) -> None:
                 f"domain, they have fewer along axis {axis}",
                 hint='a larger grid, or domain="grow"',
             )
+
+
+def _depth(body: Body, pose: Pose, box: Grid) -> float:
+    """How deep the middle of a body lies below its surface [L], to a sixteenth of a spacing."""
+    points = box.points()
+    distance = body.distance(points, pose)
+    deep = points[:, distance <= 0.5 * min(float(distance.min()), 0.0)]
+    if not deep.size:
+        return -float(distance.min())
+    parts = box.spacing * np.arange(-4, 5) / 8
+    around = np.stack(np.meshgrid(*[parts] * box.ndim, indexing="ij")).reshape(box.ndim, 1, -1)
+    return -float(body.distance(deep[:, :, None] + around, pose).min())
+
+
+def _check_apart(bodies: Sequence[Body], poses: Sequence[Pose], box: Grid) -> None:
+    """Refuse bodies that begin inside each other."""
+    points = box.points()
+    distances = [body.distance(points, pose) for body, pose in zip(bodies, poses, strict=True)]
+    for number, one in enumerate(distances):
+        for before, other in enumerate(distances[:number]):
+            overlap = -float(np.maximum(one, other).min()) / box.spacing
+            if overlap > OVERLAP:
+                raise InputError(
+                    f"bodies[{before}] and bodies[{number}] overlap by {2 * overlap:.1f} spacings",
+                    hint="one body of the union of their shapes, one | other",
+                )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -50,8 +50,17 @@ class Window:
 
     def __post_init__(self) -> None:
         """Refuse what leaves no room for bodies."""
+        fade = as_number("Window fade", self.fade, hint="fade=1.0")
+        if not (math.isfinite(fade) and fade > 0):
+            raise InputError(f"Window fade must be positive, got {fade}", hint="fade=1.0")
         for name in ("lower", "upper"):
-            reach = tuple(as_number(f"Window {name}", x, hint="3.0") for x in getattr(self, name))
+            given = getattr(self, name)
+            if not isinstance(given, Iterable):
+                raise InputError(
+                    f"Window {name} must hold one reach per axis, got {given!r}",
+                    hint="lower=(3, 3), upper=(12, 3), in body lengths",
+                )
+            reach = tuple(as_number(f"Window {name}", x, hint="3.0") for x in given)
             if not all(math.isfinite(x) and x > self.fade + 0.5 for x in reach):
                 raise InputError(
                     f"Window {name} must reach beyond half a body and the fading zone, "
@@ -59,8 +68,6 @@ class Window:
                     hint="lower=(3, 3), upper=(12, 3), in body lengths",
                 )
             object.__setattr__(self, name, reach)
-        if not (math.isfinite(self.fade) and self.fade > 0):
-            raise InputError(f"Window fade must be positive, got {self.fade}", hint="fade=1.0")
 
     def corners(self, bodies: Sequence[Body], poses: Sequence[Pose]) -> tuple[Array, Array]:
         """Lower and upper corner [L]."""
