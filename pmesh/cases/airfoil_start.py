@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from levelset.shape import Shape
     from pmesh.run.protocols import Watcher
+    from pmesh.run.snapshots import Snapshot
 
 Values = NDArray[np.float64]
 GROWTH = (1.0, 3.0)  # half chords of travel between which the growth of the lift is judged
@@ -133,7 +134,6 @@ class AirfoilStart(Case):
                        float(known[1] / known[0]), GROWN, "A", WAGNER)
             )  # fmt: skip
         held = np.abs(series["circulation"] + series["lost_circulation"])
-        late = 2 * routes.time > SETTLED
         found.append(
             Metric("circulation in all, largest", float(held.max()), 0.0, 1e-9, "A", "Kelvin",
                    "absolute")
@@ -142,7 +142,8 @@ class AirfoilStart(Case):
             Metric("circulation of the starting vortex", self.wake_circulation(outcome.state),
                    kind="report")
         )  # fmt: skip
-        for component in ("lift", "drag"):
+        late = 2 * routes.time > SETTLED
+        for component in ("lift", "drag") if late.any() else ():
             scale = float(np.abs(routes.of_main("lift")[late]).max()) or 1.0
             for route, curve in routes.others(component).items():
                 apart = np.abs(curve - routes.of_main(component))[late].max() / scale
@@ -150,8 +151,9 @@ class AirfoilStart(Case):
                     Metric(f"{component}, {route} and {MAIN} apart, of the lift", float(apart),
                            0.0, 0.01, kind="absolute")
                 )  # fmt: skip
-        slip = float(series["slip"][2 * series["time"] > SETTLED].max())
-        found.append(Metric("slip, rms", slip, 0.0, 0.02, kind="absolute"))
+        if late.any():
+            slip = float(series["slip"][2 * series["time"] > SETTLED].max())
+            found.append(Metric("slip, rms", slip, 0.0, 0.02, kind="absolute"))
         return found
 
     @styled
@@ -163,9 +165,14 @@ class AirfoilStart(Case):
         top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.3)).ravel()
         forces = top.subplots()
         self._draw_forces(forces, self.routes(outcome))
-        fields = below.subplots(2, 2, sharex=True, sharey=True)
-        self._draw_fields(fields.ravel(), outcome)
-        name_panels([forces, *fields.ravel()])
+        shots = outcome.stages([self.until * part for part in (0.25, 0.5, 0.75, 1.0)])
+        rows, columns = divmod(len(shots) + 1, 2)[0], min(len(shots), 2)
+        panels = below.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+        fields = list(panels.ravel()[: len(shots)])
+        for empty in panels.ravel()[len(shots) :]:
+            empty.set_axis_off()
+        self._draw_fields(fields, shots)
+        name_panels([forces, *fields])
         figure.suptitle(
             f"NACA {self.digits} at {self.angle:g}° set in motion at once, "
             f"Re = {self.reynolds:g}: {self.nodes} nodes per chord",
@@ -182,21 +189,19 @@ class AirfoilStart(Case):
         fine = np.linspace(0, 2 * self.until, 200)
         panel.plot(fine, self.steady_lift * wagner(fine), color=REFERENCE, ls="--",
                    label="$C_L$, " + WAGNER)  # fmt: skip
-        top = 1.25 * max(self.steady_lift, float(np.abs(routes.of_main("lift")[s > 0.5]).max()))
+        late = np.abs(routes.of_main("lift")[s > min(0.5, self.until)])
+        top = 1.25 * max(self.steady_lift, float(late.max(initial=0.01)))
         panel.set(xlim=(0, 2 * self.until), ylim=(0, top), xlabel="travel $s = 2Ut/c$")
         panel.set_title("lift and drag coefficients")
         panel.legend(loc="upper right", ncols=2)
 
-    def _draw_fields(self, panels: Sequence[Axes], outcome: Outcome) -> None:
-        """Vorticity at quarters of the run, to one scale."""
-        shots = outcome.snapshots()[1:]
+    def _draw_fields(self, panels: Sequence[Axes], shots: Sequence[Snapshot]) -> None:
+        """Vorticity to one scale."""
         line = Naca(self.digits).outline()
         a = -math.radians(self.angle)
         turn = np.array([[math.cos(a), -math.sin(a)], [math.sin(a), math.cos(a)]])
         limit = 0.6 * math.sqrt(self.reynolds)
-        for number, panel in enumerate(panels, start=1):
-            wanted = self.until * number / len(panels)
-            shot = min(shots, key=lambda one: abs(one.time - wanted))
+        for panel, shot in zip(panels, shots, strict=True):
             draw_vorticity(panel, shot["vorticity"], shot.grid, limit, outlines=[line @ turn.T])
             panel.set(xlim=(-0.7, 0.7 + self.until), ylim=(-0.6, 0.6))
             panel.set_title(f"vorticity at t = {shot.time:.3g} c/U")

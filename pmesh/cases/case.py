@@ -38,6 +38,14 @@ class Outcome:
 
         return read_snapshots(self.folder)
 
+    def stages(self, times: Sequence[float]) -> list[Snapshot]:
+        """The snapshots closest to some times, each once; the start if alone."""
+        shots = self.snapshots()
+        shots = shots[1:] or shots
+        chosen = {shot.step: shot for t in times
+                  for shot in [min(shots, key=lambda one: abs(one.time - t))]}  # fmt: skip
+        return list(chosen.values())
+
 
 @dataclass(frozen=True, kw_only=True)
 class Case(ABC):

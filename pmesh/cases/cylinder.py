@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pmesh.run.protocols import Watcher
+    from pmesh.run.snapshots import Snapshot
 
 Values = NDArray[np.float64]
 PUBLISHED = {40.0: (1.0, 6.0)}  # times T between which the published points are trusted: those
@@ -208,8 +209,9 @@ class Cylinder(Case):
         top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.25, 1.0)).ravel()
         panel = top.subplots()
         self._draw_drag(panel, self.drag(outcome))
-        fields = below.subplots(1, 3, sharey=True)
-        self._draw_fields(fields, outcome)
+        shots = outcome.stages([self.until / 6, self.until / 2, self.until])
+        fields = below.subplots(1, len(shots), sharey=True, squeeze=False)[0]
+        self._draw_fields(fields, shots)
         name_panels([panel, *fields])
         figure.suptitle(
             f"{self.title}, Re = {self.reynolds:g}: {2 / self.spacing:.0f} nodes per diameter, "
@@ -247,15 +249,12 @@ class Cylinder(Case):
         panel.set_title("drag coefficient")
         panel.legend(loc="best", ncols=2)
 
-    def _draw_fields(self, panels: Sequence[Axes], outcome: Outcome) -> None:
-        """Vorticity at a sixth, a half and the end of the run, to one scale."""
-        shots = outcome.snapshots()[1:]
-        wanted = [self.until / 6, self.until / 2, self.until]
-        chosen = [min(shots, key=lambda shot: abs(shot.time - t)) for t in wanted]
+    def _draw_fields(self, panels: Sequence[Axes], shots: Sequence[Snapshot]) -> None:
+        """Vorticity to one scale."""
         right = max(2.0, 1.5 + 0.5 * self.until)
         around = np.linspace(0, 2 * math.pi, 256, endpoint=False)
         circle = np.stack([np.cos(around), np.sin(around)], axis=1)
-        for panel, shot in zip(panels, chosen, strict=True):
+        for panel, shot in zip(panels, shots, strict=True):
             draw_vorticity(
                 panel, shot["vorticity"], shot.grid, 0.25 * math.sqrt(self.reynolds),
                 outlines=[circle],

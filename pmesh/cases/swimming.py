@@ -163,8 +163,7 @@ class Stages(NamedTuple):
     @classmethod
     def of(cls, outcome: Outcome, times: Sequence[float]) -> Self:
         """The snapshots closest to some times."""
-        shots = outcome.snapshots()[1:]
-        chosen = [min(shots, key=lambda shot: abs(shot.time - t)) for t in times]
+        chosen = outcome.stages(times)
         limit = colour_limit(chosen)
         whole, parts = window(chosen, limit=limit), []
         tall = whole.size[1] > whole.size[0]
