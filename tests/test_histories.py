@@ -38,7 +38,7 @@ def test_velocities_are_at_the_ends_of_steps_forces_at_their_middles(tmp_path: P
     assert alive(series, motions(series)) == ["body0_u"]
     figure = history_figure(series, ["body0_u"], {})
     (panel,) = figure.axes
-    assert panel.get_ylabel() == "u"
+    assert panel.get_ylabel() == "u $[L/T]$"
     assert panel.lines[0].get_xdata() == pytest.approx(series["time"])
     assert statistics_of(series, ["body0_u"])["body0_u"].start > 0
 
@@ -67,15 +67,40 @@ def test_histories_have_a_panel_per_kind_and_published_points_over_ours(tmp_path
     names = ["body0_force_x", "body0_force_y"]
     figure = history_figure(series, names, {"body0_force_x": curve})
     above, below = figure.axes
-    assert (above.get_ylabel(), below.get_ylabel()) == ("force x", "force y")
+    assert (above.get_ylabel(), below.get_ylabel()) == (
+        "force x $[L^3/T^2]$",
+        "force y $[L^3/T^2]$",
+    )
     ours, theirs = above.lines
-    assert ours.get_ydata()[1:] == pytest.approx(series["body0_force_x"][1:])
-    assert ours.get_xdata()[5] == pytest.approx(series["time"][5] - 0.025)
+    assert ours.get_ydata() == pytest.approx(series["body0_force_x"][1:])
+    assert ours.get_xdata()[4] == pytest.approx(series["time"][5] - 0.025)
     assert (theirs.get_label(), list(theirs.get_ydata())) == ("Somebody 1999", [1.25, 1.6])
     low, high = above.get_ylim()
     assert low < 1.25
     assert 1.32 < high < 1.4  # what is published after the end does not count
     assert below.get_ylim()[0] < -0.4 < 0.4 < below.get_ylim()[1]
+
+
+def test_a_route_asked_at_every_fifth_step_is_drawn_through_its_points(tmp_path: Path) -> None:
+    series = read_series(make(tmp_path))
+    seldom = np.where(np.arange(401) % 5 == 0, series["body0_force_x"], np.nan)
+    series |= {"body0_flux_force_x": seldom}
+    figure = history_figure(series, ["body0_force_x", "body0_flux_force_x"], {})
+    (panel,) = figure.axes
+    _, line = panel.lines
+    known = np.flatnonzero(np.isfinite(seldom))
+    assert known.size > 70
+    assert line.get_ydata() == pytest.approx(seldom[known])
+    assert line.get_xdata() == pytest.approx((series["time"] - 0.5 * series["dt"])[known])
+
+
+def test_axes_name_the_unit_of_what_they_show() -> None:
+    time = np.linspace(0.0, 1.0, 9)
+    units = {"u": "L/T", "v": "L/T", "spin": "rad/T", "torque": "L^4/T^2", "power": "L^4/T^3"}
+    series = {"time": time, "dt": np.full(9, 0.125)} | {f"body0_{x}": time for x in units}
+    figure = history_figure(series, [f"body0_{x}" for x in units], {})
+    shown = [panel.get_ylabel() for panel in figure.axes]
+    assert shown == [f"{name} $[{unit}]$" for name, unit in units.items()]
 
 
 def test_the_spectrum_marks_the_dominant_frequencies(tmp_path: Path) -> None:

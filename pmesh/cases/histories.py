@@ -25,6 +25,15 @@ FORCE = re.compile(r"(^|_)(force|torque|power|drag|lift|thrust)(_|$)")  # means 
 MOTION = re.compile(r"^body\d+_(u|v|w|spin.*)$")  # velocities, at the end of a step
 ROUND_OFF = 1e-8  # of the largest force: a force that symmetry forbids
 COLOURS = (OURS, OTHERS[1], OTHERS[0], "#b8860b", "#a23b72", OTHERS[2])
+UNITS = {  # of columns, in the plane and per unit density of the fluid; length L, time T
+    "u": "$[L/T]$",
+    "v": "$[L/T]$",
+    "w": "$[L/T]$",
+    "spin": "$[rad/T]$",
+    "force": "$[L^3/T^2]$",
+    "torque": "$[L^4/T^2]$",
+    "power": "$[L^4/T^3]$",
+}
 STYLES = ("-", ":", "--", "-.")
 HARMONICS = 6  # of the dominant frequency, in the picture of a spectrum
 
@@ -73,14 +82,17 @@ def history_figure(series: Series, names: list[str], published: Mapping[str, Cur
             colour, style = COLOURS[number % len(COLOURS)], STYLES[number % len(STYLES)]
             dt = _dt(series, name)
             time = series["time"] - (0.0 if dt is None else 0.5 * dt)
-            panel.plot(time, series[name], style, color=colour, lw=1.3, label=spoken(name))
+            told = np.isfinite(series[name])  # some routes are asked at every few steps
+            panel.plot(
+                time[told], series[name][told], style, color=colour, lw=1.3, label=spoken(name)
+            )
         curves = [(name, published[name]) for name in members if name in published]
         for number, (_, curve) in enumerate(curves):
             panel.plot(
                 curve.time, curve.value, "os^D"[number % 4], color=REFERENCE, mfc="white",
                 label=curve.source,
             )  # fmt: skip
-        panel.set(ylabel=kind, ylim=_limits(series, members, [c for _, c in curves]))
+        panel.set(ylabel=_with_unit(kind), ylim=_limits(series, members, [c for _, c in curves]))
         if len(members) + len(curves) > 1:
             panel.legend(loc="best", ncols=2)
     axes[-1, 0].set(xlabel="$t$", xlim=(0.0, float(series["time"][-1])))
@@ -135,6 +147,13 @@ def _kind(name: str) -> str:
     words = name.split("_")
     start = next((i for i, word in enumerate(words) if FORCE.search(word)), 0)
     return " ".join(words[start:])
+
+
+def _with_unit(kind: str) -> str:
+    """The name of an axis: what is measured, and its unit per density of the fluid."""
+    words = kind.split()
+    unit = next((unit for word, unit in UNITS.items() if word in words), None)
+    return kind if unit is None else f"{kind} {unit}"
 
 
 def _late(series: Series, name: str) -> Values:
