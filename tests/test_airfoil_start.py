@@ -102,6 +102,18 @@ def test_a_short_run_is_not_judged_by_its_growth():
     assert not any("growth" in name for name in names)
 
 
+@pytest.mark.parametrize(("digits", "meant"), [("99", "0012"), ("1200", "0012"), ("2012", "2412")])
+def test_a_refused_aerofoil_says_which_option_to_give(digits, meant):
+    with pytest.raises(InputError) as caught:
+        AirfoilStart(digits=digits)
+    assert caught.value.hint == f"--digits {meant}"
+
+
+def test_a_quick_run_has_a_snapshot_at_every_quarter():
+    case = AirfoilStart.make({}, quick=True)
+    assert case.until / 4 % case.every == 0
+
+
 def test_the_nose_points_up_at_a_positive_angle():
     shape = AirfoilStart(angle=10.0).shape
     nose = np.array([[-0.49 * math.cos(math.radians(10))], [0.49 * math.sin(math.radians(10))]])

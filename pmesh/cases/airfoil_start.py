@@ -18,6 +18,7 @@ from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
 from pmesh.cases.wagner import WAGNER, wagner
 from pmesh.cases.wake import draw_vorticity
 from pmesh.run.summary import Metric
+from remesh.errors import InputError
 from remesh.grid import Grid
 
 if TYPE_CHECKING:
@@ -55,7 +56,7 @@ class AirfoilStart(Case):
 
     title: ClassVar[str] = "Aerofoil set in motion at once"
     source: ClassVar[str] = WAGNER
-    short: ClassVar[Mapping[str, Any]] = {"nodes": 96, "until": 0.75}
+    short: ClassVar[Mapping[str, Any]] = {"nodes": 96, "until": 0.75, "every": 0.1875}
 
     def __post_init__(self) -> None:
         """Refuse what is outside the case, and what is no aerofoil."""
@@ -64,7 +65,11 @@ class AirfoilStart(Case):
         self.require(0 <= self.angle <= 30, "angle", "from 0 to 30 degrees")
         self.require(self.nodes >= 64, "nodes", "at least 64 per chord")
         self.positive("deformation", "every")
-        Naca(self.digits)
+        try:
+            Naca(self.digits)
+        except InputError as error:
+            digits = (error.hint or "0012").strip('"')
+            raise InputError(error.problem, hint=f"--digits {digits}") from error
 
     @property
     def shape(self) -> Shape:
