@@ -16,6 +16,7 @@ from pmesh.cases.registry import CASES
 from remesh.errors import BlowUpError, InputError, PmeshError, StorageError
 
 if TYPE_CHECKING:
+    from pmesh.cases.case import Case
     from pmesh.cases.options import Option
 
 EXIT_INPUT, EXIT_BLOW_UP, EXIT_STORAGE, EXIT_INTERRUPT = 2, 3, 4, 130
@@ -84,7 +85,16 @@ def _case_command(name: str) -> click.Command:
     fields = [_click_option(known[key], preset) for key in known]
     line = CASES[name].line if name in CASES else cls.source
     text = f"{(cls.__doc__ or '').strip().splitlines()[0]}\n\n{line}"
-    return click.Command(name, callback=start, params=[*fields, *COMMON], help=text)
+    return click.Command(name, callback=start, params=[*fields, *COMMON, _quick(cls)], help=text)
+
+
+def _quick(cls: type[Case]) -> click.Option:
+    """The option for a quick run, with what it sets."""
+    from pmesh.cases.options import options, spelt
+
+    known, text = options(cls), "a short, coarse run, to see that all works"
+    short = " ".join(f"{known[name].flag} {spelt(value)}" for name, value in cls.short.items())
+    return click.Option(["--quick"], is_flag=True, help=f"{text}: {short}" if short else text)
 
 
 def _click_option(option: Option, preset: dict[str, Any]) -> click.Option:
@@ -111,7 +121,6 @@ COMMON: list[click.Parameter] = [
         metavar="SECONDS",
         help="work at risk between two checkpoints  [default: 30]",
     ),
-    click.Option(["--quick"], is_flag=True, help="a short, coarse run, to see that all works"),
 ]
 
 

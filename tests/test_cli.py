@@ -62,6 +62,7 @@ def test_the_help_of_a_case_lists_every_option_with_default_unit_and_help(
     assert "--origin FLOAT ... first node [L] [default: 0,-0.5]" in text
     assert "--scheme midpoint|euler" in text
     assert "--resume" in text
+    assert "--quick a short, coarse run, to see that all works: --nodes 8 --until 0.5" in text
 
 
 def test_a_case_runs_and_closes_with_the_metrics_table(
