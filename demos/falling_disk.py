@@ -47,7 +47,8 @@ time, series = forces.series["time"], forces.series
 place = np.array([[series[f"body{k}_{axis}"] for axis in "xy"] for k in (0, 1)])
 gap = np.hypot(*(place[0] - place[1])) - 1.0
 print(f"smallest gap: {gap.min() * CELLS:.2f} spacings at t = {time[gap.argmin()]:.1f}")
-excess = (DENSITY - 1) * math.pi / 4  # mass of a disk beyond the fluid's
+upper = bodies[0]  # as the lower one
+excess = (upper.motion.density - 1) * upper.measure.volume  # mass beyond the fluid's
 held = ledger.series["impulse_y"] + excess * (series["body0_v"] + series["body1_v"])
 given = 2 * excess * gravity[1] * time
 print(f"momentum off gravity's impulse: {np.abs(held - given).max() / abs(given[-1]):.1e} of it")
