@@ -392,3 +392,16 @@ def test_what_cannot_be_solved_is_refused():
     }.items():
         with pytest.raises(InputError, match=words):
             call()
+
+
+@pytest.mark.parametrize("shape", [(40, 24), (20, 12, 16)])
+@pytest.mark.parametrize("rows", [(0, 5), (7, 19), (12, 20)])
+def test_a_velocity_wanted_on_some_rows_is_the_same_there(shape, rows):
+    grid = Grid(shape, 0.1)
+    vorticity = np.random.default_rng(4).standard_normal(shape if len(shape) == 2 else (3, *shape))
+    solver = VelocitySolver(grid)
+    field, speed = solver.diffuse_and_velocity(vorticity, 1e-3)
+    again, part = solver.diffuse_and_velocity(vorticity, 1e-3, rows=rows)
+    np.testing.assert_array_equal(again, field)
+    inside = (slice(None), slice(*rows))
+    np.testing.assert_array_equal(part[inside], speed[inside])

@@ -21,6 +21,7 @@ from pmesh.spectral.symbols import Box
 from remesh.threads import share
 
 Field = NDArray[Any]
+Rows = tuple[int, int] | None
 _LINES = 32  # lines transformed at once: they fit the cache
 _BLOCK = 32_768  # modes of the planes transformed at once in 3-D
 _SMALL = 150_000  # padded modes below which threads cost more than they give
@@ -111,11 +112,14 @@ class Convolver:
         smoothing: Multiplier | None = None,
         shifts: Sequence[float] | None = None,
         check: Callable[[list[float]], None] | None = None,
+        rows: Sequence[Rows] | None = None,
     ) -> None:
         """Write every output into ``out`` (plus its shift); ``out`` may be the sources.
 
-        ``smoothing`` multiplies every source first. ``check`` sees the means of the sources, which
-        are not finite where a source is not, and may raise before anything is written.
+        ``rows``: of the first axis that an output is wanted on, ``(first, end)``, None for all;
+        others are left as they are. ``smoothing`` multiplies every source first. ``check`` sees
+        the means of the sources, which are not finite where a source is not, and may raise before
+        anything is written.
         """
         with self._lock:
             self._provide(len(sources), max(len(sources), len(outputs)))
@@ -125,7 +129,8 @@ class Convolver:
                 check([self._mean(stored) for stored in self._storage[: len(sources)]])
             self._modes(len(sources), outputs, smoothing)
             for o, field in enumerate(out):
-                self._rows_out(self._storage[o], field, shifts[o] if shifts else 0.0)
+                wanted = rows[o] if rows else None
+                self._rows_out(self._storage[o], field, shifts[o] if shifts else 0.0, wanted)
 
     def _mean(self, stored: Field) -> float:
         total = float(np.sum(stored[0].real, dtype=np.float64))
@@ -168,15 +173,18 @@ class Convolver:
 
         self._each(work, across * along)
 
-    def _rows_out(self, stored: Field, field: Field, shift: float) -> None:
+    def _rows_out(self, stored: Field, field: Field, shift: float, wanted: Rows) -> None:
         rows, middle = self.row_block
         n0, last = self.box.shape[0], self.box.shape[-1]
         target = field.reshape(n0, self.middle, last)
         across, along = self._row_blocks()
         factor, offset = self.dtype.type(self.scale), self.dtype.type(shift)
+        first, end = (0, n0) if wanted is None else wanted
+        skipped = first // rows
+        across = math.ceil(min(end, n0) / rows) - skipped
 
         def work(own: _Worker, block: int) -> None:
-            i, j = block // along * rows, block % along * middle
+            i, j = (block // along + skipped) * rows, block % along * middle
             part = target[i : i + rows, j : j + middle]
             a, b = part.shape[:2]
             to_rows(stored[:, j : j + b, i : i + a], own.line_hat[:a, :b])

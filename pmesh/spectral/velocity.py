@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from pmesh.spectral.checks import check_field, check_freestream, check_mean, output
-from pmesh.spectral.convolve import Convolver, Field, Multiplier, Term
+from pmesh.spectral.convolve import Convolver, Field, Multiplier, Rows, Term
 from pmesh.spectral.smoothing import Smoothing, make_smoothing, refuse_too_wide
 from pmesh.spectral.symbols import Box, Derivative, Greens, multipliers
 from remesh.errors import InputError
@@ -146,14 +146,22 @@ class VelocitySolver:
         *,
         out: tuple[Field, Field] | None = None,
         freestream: Sequence[float] | None = None,
+        rows: Rows = None,
     ) -> tuple[Field, Field]:
-        """Diffused vorticity and its velocity, from one forward transform."""
+        """Diffused vorticity and its velocity, from one forward transform.
+
+        ``rows``: of the first axis on which the velocity is wanted, ``(first, end)``; others mean
+        nothing and may be zero.
+        """
         sources = self._sources(vorticity)
         field = output(out[0] if out else None, np.shape(vorticity), self.dtype)
-        speed = output(out[1] if out else None, (self.grid.ndim, *self.grid.shape), self.dtype)
+        shape = (self.grid.ndim, *self.grid.shape)
+        given = np.zeros(shape, self.dtype) if rows is not None and out is None else None
+        speed = output(out[1] if out else given, shape, self.dtype)
+        wanted = [rows] * self.grid.ndim + [None] * len(sources)
         terms = [*self._velocity_terms(), *([Term(s)] for s in range(len(sources)))]
         targets = [*speed, *self._components(field)]
-        self._run(sources, terms, targets, ("heat", amount), freestream)
+        self._run(sources, terms, targets, ("heat", amount), freestream, rows=wanted)
         return field, speed
 
     def _sources(self, vorticity: Field) -> list[Field]:
@@ -211,6 +219,7 @@ class VelocitySolver:
         smoothing: Smoothing | None,
         freestream: Sequence[float] | None = None,
         solves: bool = True,
+        rows: Sequence[Rows] | None = None,
     ) -> None:
         shifts = check_freestream(freestream, self.grid.ndim)
         shifts += [0.0] * (len(outputs) - len(shifts))
@@ -224,6 +233,7 @@ class VelocitySolver:
             out,
             smoothing=multiplier,
             shifts=shifts,
+            rows=rows,
             check=lambda means: check_mean(means, sources, periodic=periodic),
         )
 

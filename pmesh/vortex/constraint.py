@@ -222,6 +222,12 @@ class Wall:
         """Where a box of this mesh's lattice lies on the mesh."""
         return window_on(self.grid, box)
 
+    @property
+    def rows(self) -> tuple[int, int]:
+        """Nodes of the mesh's first axis between which the near box lies."""
+        along = self.window(self.near).mesh[0]
+        return along.start, along.stop
+
     def cut(self, field: Array) -> Array:
         """The part of a field on the near box; zero where the box sticks out of the mesh."""
         near = self.near

@@ -242,7 +242,10 @@ class VortexFlow:
             vorticity = solver.diffuse(mesh, spread) if spread > 0 else mesh
         else:
             vorticity, velocity = solver.diffuse_and_velocity(
-                mesh, self.viscosity * passage.tau, freestream=self.freestream
+                mesh,
+                self.viscosity * passage.tau,
+                freestream=self.freestream,
+                rows=passage.after.rows,
             )
             speed = self._reference(state.speed, passage.after.poses)
             held = passage.arrive(_added(velocity, outer), speed)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
-from pmesh.bodies.mask import Mask, deformation_on, moves, rigid_modes
+from pmesh.bodies.mask import Mask, deformation_on, moves
 from pmesh.bodies.pose import Pose
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.state import Load
@@ -21,12 +21,15 @@ PLACES = ("x", "y", "angle", "u", "v", "spin")  # columns of a body that moves
 
 def moments(impulse: Array, mask: Mask, poses: Sequence[Pose]) -> Values:
     """Sums (bodies, 3) of an impulse density over each body: along x, y, and about its centre."""
-    points = mask.grid.points()
+    x, y = mask.grid.axes()
     sums = []
     for number, pose in enumerate(poses):
-        own = mask.owner == number
-        modes = rigid_modes(points, pose)[:, :, own]
-        sums.append(np.einsum("mip,ip->m", modes, impulse[:, own].astype(np.float64)))
+        own = impulse if len(poses) == 1 else np.where(mask.owner == number, impulse, 0.0)
+        along = own.sum(axis=2, dtype=np.float64)  # of each row
+        across = own[0].sum(axis=0, dtype=np.float64)
+        total = along.sum(axis=1)
+        torque = along[1] @ (x - pose.center[0]) - across @ (y - pose.center[1])
+        sums.append([*total, torque])
     return np.array(sums) * mask.grid.cell_volume
 
 
