@@ -53,11 +53,13 @@ class VortexFlow:
     Each step: half of the viscous spread and of the bodies' force, particles carried by the
     velocity they induce and remeshed, the other half (Strang). Second order in dt, third with
     "RK3" where nothing spreads; of the kernel's order in the spacing when dt follows it. The
-    spread is exact, so it never limits dt. Bodies are held by implicit penalisation, iterated on
-    its slip residual: first order in dt and, for the drag, in the spacing. Circulation and what
-    was counted at unbounded edges stay one sum to round-off, as does the linear impulse without
-    bodies; "distorted" particles that feel viscosity keep them to 1e-6, and to 0.4 % of what
-    leaves. Refuses a 3-D grid, a negative viscosity, bodies that do not fit.
+    spread is exact, so it never limits dt. Bodies are held implicitly, by penalisation or direct
+    forcing, iterated on its slip residual; free ones move with what the fluid does to them in the
+    same solve, and never overlap: first order in dt; in the spacing the drag is of order 1.2, by
+    direct forcing of order 2. Circulation and what was counted at unbounded edges stay one sum to
+    round-off, as does the linear impulse without bodies; "distorted" particles that feel viscosity
+    keep them to 1e-6, and to 0.4 % of what leaves. Refuses a 3-D grid, a negative viscosity, bodies
+    that do not fit or overlap; a body that leaves a fixed mesh is a BlowUpError.
     """
 
     grid: Grid  # the mesh at the start
