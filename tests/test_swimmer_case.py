@@ -10,7 +10,7 @@ import pytest
 from pmesh.bodies.motion import Fixed, Free
 from pmesh.cases.registry import find
 from pmesh.cases.runner import run_case
-from pmesh.cases.swimmer import PUBLISHED, SwimmerCase
+from pmesh.cases.swimmer import HELD, PUBLISHED, SwimmerCase
 from pmesh.cases.swimmer_pair import SwimmerPair
 from pmesh.cases.swimming import RAMP, start_grid
 from pmesh.cases.track import Track, deformation_drift, disagreement, efficiency, imbalance
@@ -164,6 +164,19 @@ def test_a_tether_holds_what_it_says():
     assert SwimmerCase(tether="free").motion() == Free(density=1.0)
     assert SwimmerCase(tether="tethered").motion() == Free(density=1.0, locked=("x",))
     assert SwimmerCase(tether="fixed").motion() == Fixed()
+
+
+def test_a_fixed_swimmer_tells_its_mean_force_and_is_not_called_self_propelled():
+    """A force (cos, 3) of which whole periods leave (0, 3)."""
+    columns = circle_track()
+    columns["body0_force_x"] = np.cos(2 * math.pi * (columns["time"] - 0.5 * columns["time"][1]))
+    columns["body0_force_y"] = np.full(400, 3.0)
+    case = SwimmerCase(tether="fixed", until=4.0)
+    found = {m.name: m.value for m in case._swimming(Track.read(columns), 0.1)}
+    assert found["mean force along x, L^3/T^2"] == pytest.approx(0.0, abs=1e-3)
+    assert found["mean force along y, L^3/T^2"] == pytest.approx(3.0)
+    assert found["power, L^4/T^3"] == pytest.approx(3.0)
+    assert "ropelled" not in HELD["fixed"]
 
 
 def test_the_published_speed_is_judged_only_where_it_is_meant():

@@ -12,7 +12,16 @@ import numpy as np
 from pmesh.cases.case import Outcome
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
-from pmesh.cases.swimming import COUNTED, KERN, VISCOSITY, Stages, Swimming, draw_wake, draw_ways
+from pmesh.cases.swimming import (
+    COUNTED,
+    KERN,
+    VISCOSITY,
+    WAVES,
+    Stages,
+    Swimming,
+    draw_wake,
+    draw_ways,
+)
 from pmesh.cases.track import Track, deformation_drift, disagreement, efficiency, imbalance
 from pmesh.run.summary import Metric
 
@@ -26,6 +35,11 @@ if TYPE_CHECKING:
 PUBLISHED = 0.54  # [L/T], of Carling's swimmer at this viscosity, +-0.04
 FINE = 256  # nodes per length from which it is judged; a box sees too little of a coarser wake
 SETTLED = 6.0  # periods before those that are counted as steady
+HELD = {  # the titles of figures
+    "free": "Self-propelled swimmer",
+    "tethered": "Swimmer held along x",
+    "fixed": "Swimmer held in place",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +56,7 @@ class SwimmerCase(Swimming):
     )
     routes: int = option(5, "steps between forces from the momentum through a box")
 
-    title: ClassVar[str] = "Self-propelled swimmer"
+    title: ClassVar[str] = "Swimmer"
     source: ClassVar[str] = KERN
     short: ClassVar[Mapping[str, Any]] = {"nodes": 112, "until": 1.5}
 
@@ -103,8 +117,13 @@ class SwimmerCase(Swimming):
         """Speed, lateral velocity, power and efficiency over the counted periods."""
         first, last = self.counted
         work = float(track.integral(track.power, first, last)) / (last - first)
+        pull = track.integral(track.force, first, last) / (last - first)
+        pulls = [
+            Metric(f"mean force along {axis}, L^3/T^2", float(value), kind="report")
+            for axis, value in zip("xy", pull, strict=True)
+        ]
         if self.tether == "fixed":
-            return [Metric("power, L^4/T^3", work, kind="report")]
+            return [Metric("power, L^4/T^3", work, kind="report"), *pulls]
         direction, speed = track.way(first, last)
         if self.tether == "tethered":
             direction = np.array([1.0, 0.0])
@@ -116,8 +135,7 @@ class SwimmerCase(Swimming):
             Metric("power, L^4/T^3", work, kind="report"),
         ]
         if self.tether == "tethered":
-            pull = float(track.integral(track.force, first, last)[0]) / (last - first)
-            return [*found[1:], Metric("mean force along x, L^3/T^2", pull, kind="report")]
+            return [*found[1:], pulls[0]]
         return [*found, Metric("efficiency", efficiency(mass, speed, work), kind="report")]
 
     def _speed(self, name: str, speed: float) -> Metric:
@@ -164,7 +182,7 @@ class SwimmerCase(Swimming):
 
     @styled
     def draw(self, outcome: Outcome) -> Figure:
-        """Velocities over the published speed, the way, and the wake at three times."""
+        """Velocities over the published speed and the way, or forces and power; the wake."""
         from matplotlib.figure import Figure
 
         track = Track.read(outcome.series)
@@ -172,13 +190,16 @@ class SwimmerCase(Swimming):
         figure = Figure(figsize=(9.6, 2.8 + stages.height), layout="constrained")
         ratios = (2.8, stages.height)
         top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=ratios).ravel()
-        speeds, way = top.subplots(1, 2, width_ratios=(1.6, 1.0))
-        self._draw_speeds(speeds, track)
-        draw_ways(way, [track])
+        left, right = top.subplots(1, 2, width_ratios=(1.6, 1.0))
+        if self.tether == "fixed":
+            self._draw_loads(left, right, track)
+        else:
+            self._draw_speeds(left, track)
+            draw_ways(right, [track])
         fields = draw_wake(below, stages, [(outcome.flow.bodies[0], track)])
-        name_panels([speeds, way, *fields])
+        name_panels([left, right, *fields])
         figure.suptitle(
-            rf"{self.title}, {self.gait}, $L^2/\nu T$ = {1 / self.viscosity:.0f}: "
+            rf"{HELD[self.tether]}, {WAVES[self.gait]}, $L^2/\nu T$ = {1 / self.viscosity:.0f}: "
             f"{self.nodes} nodes per length",
             fontsize=11,
         )
@@ -195,4 +216,20 @@ class SwimmerCase(Swimming):
             panel.axhspan(0.9 * PUBLISHED, 1.1 * PUBLISHED, color=REFERENCE, alpha=0.12, lw=0)
         panel.set(xlim=(0, self.until), xlabel="$t / T$", ylabel="velocity $[L/T]$")
         panel.set_title("velocity of the centre of mass")
-        panel.legend(loc="center right")
+        panel.legend(loc="best")
+
+    def _draw_loads(self, panel: Axes, other: Axes, track: Track) -> None:
+        """Forces of the fluid and the power it takes, means over the steps at their middles."""
+        first, last = self.counted
+        middle = (track.time - 0.5 * track.dt)[1:]
+        for axis, colour, force in zip("xy", (OURS, OTHERS[0]), track.force[1:].T, strict=True):
+            panel.plot(middle, force, color=colour, lw=1.2, label=f"along {axis}")
+        other.plot(middle, track.power[1:], color=OURS, lw=1.2)
+        late = track.within(max(first, 0.02 * last), last)
+        for one, values in ((panel, track.force[late]), (other, track.power[late])):
+            room = 0.1 * float(np.ptp(values)) or 1.0
+            one.set(ylim=(float(values.min()) - room, float(values.max()) + room))
+            one.set(xlim=(0, self.until), xlabel="$t / T$")
+        panel.set(ylabel="force $[L^3/T^2]$", title="force of the fluid")
+        other.set(ylabel="power $[L^4/T^3]$", title="power given to the fluid")
+        panel.legend(loc="best")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pmesh.cases.case import Outcome
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, name_panels, styled
-from pmesh.cases.swimming import Stages, Swimming, draw_wake, draw_ways
+from pmesh.cases.swimming import WAVES, Stages, Swimming, draw_wake, draw_ways
 from pmesh.cases.track import Track
 from pmesh.cases.twins import Twins
 from pmesh.run.summary import Metric
@@ -123,7 +123,7 @@ class SwimmerPair(Swimming):
         fields = draw_wake(below, stages, swimmers)
         name_panels([speeds, way, *fields])
         figure.suptitle(
-            f"{self.title}, {self.gait}, {self.distance:g} L apart, follower's phase "
+            f"{self.title}, {WAVES[self.gait]}, {self.distance:g} L apart, follower's phase "
             f"{self.phase:g} T: {self.nodes} nodes per length",
             fontsize=11,
         )

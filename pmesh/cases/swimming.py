@@ -37,6 +37,11 @@ ROOM = 0.2  # [L] of mesh around the bodies at the start
 FEWEST = 104  # nodes per length at which the body is the eight spacings thick it has to be
 AHEAD = 2.5  # [L] of mesh before and beside the bodies, where a window cuts the wake
 FADE = 0.5  # [L] over which it fades
+WAVES = {  # the gaits in words
+    "carling": "Carling's wave",
+    "anguilliform": "anguilliform wave",
+    "carangiform": "carangiform wave",
+}
 PAGE, TALL = 8.6, 6.0  # width and height of pictures of a wake [inches]
 
 
