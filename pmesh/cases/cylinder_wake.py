@@ -32,6 +32,7 @@ ONSET = 47.0  # Reynolds number at which the wake begins to shed
 PLACE, SIZE = 1.2, 0.1  # of the eddy that starts shedding: behind the centre, its core [D]
 ROUTES_EVERY = 4  # steps between those at which the routes that cost more are asked
 RESIDUAL = 1e-5  # of the slip's law, which the penalisation keeps
+WIDE = 8.0  # picture of the wake [inches]
 LATE = 0.8  # part of a run after which a steady one is steady
 FEWEST = 3  # steps in it from which its drag is told
 NAMES = {
@@ -230,8 +231,9 @@ class CylinderWake(Case):
         """Drag and lift over time and published means; the lift's spectrum, or u; the wake."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(9.6, 6.6), layout="constrained")
-        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.1, 1.0)).ravel()
+        heights = 3.2, 0.7 + max(self._field_height, 1.0)  # the wake as wide as the page
+        figure = Figure(figsize=(9.6, sum(heights)), layout="constrained")
+        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=heights).ravel()
         forces, side = top.subplots(1, 2, width_ratios=(2.2, 1.0))
         routes = self.routes(outcome)
         self._draw_forces(forces, routes)
@@ -291,7 +293,7 @@ class CylinderWake(Case):
         panel.axhline(0.0, color="k", lw=0.6)
         panel.set(xlim=(0, min(6.0, self.behind - 1)), ylim=(-0.25, 1), xlabel="$x/D - 1/2$")
         panel.set_title("velocity on the centre line")
-        panel.legend(loc="upper left")
+        panel.legend(loc="best")
 
     def _draw_wake(self, panel: Axes, outcome: Outcome) -> None:
         state = outcome.state
@@ -301,9 +303,20 @@ class CylinderWake(Case):
         draw_vorticity(
             panel, state.vorticity, state.grid, limit, outlines=[circle], label=r"$\omega D/U$"
         )
-        half = min(self.beside, 2.6)
+        half = self._half
         panel.set(xlim=(-1.5, self.behind), ylim=(-half, half), xlabel="$x/D$", ylabel="$y/D$")
         panel.set_title(f"vorticity at t = {state.time:.4g}")
+        panel.set_anchor("C")
+
+    @property
+    def _half(self) -> float:
+        """Height of the wake's picture above its middle [D]."""
+        return min(self.beside, 2.6 if self.sheds else 2.0)
+
+    @property
+    def _field_height(self) -> float:
+        """Height of the wake's picture [inches]."""
+        return WIDE * 2 * self._half / (1.5 + self.behind)
 
 
 def centre_line(velocity: NDArray[Any], grid: Grid) -> tuple[Values, Values]:

@@ -200,7 +200,7 @@ class FallingDisk(Case):
         speed.axhline(1.0, color=REFERENCE, ls="--", lw=1.2, label="drag of a cylinder in a stream")
         speed.set(xlim=(0, self.until), ylim=(0, 1.3), xlabel="$t$", ylabel="speed")
         speed.set_title("to the terminal speed")
-        speed.legend(loc="lower right")
+        speed.legend(loc="best")
         self._draw_early(early, fall)
         shot = outcome.snapshots()[-1]
         around = np.linspace(0, 2 * math.pi, 128, endpoint=False)

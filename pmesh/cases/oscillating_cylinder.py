@@ -266,7 +266,8 @@ class OscillatingCylinder(Case):
             label = f"Morison's, $C_d$ = {drag}, $C_m$ = {added}"
             panel.plot(time[late], law, "--", color=REFERENCE, lw=1.2, label=label)
         panel.set(xlabel="$t / T$", ylabel="$2 F_x / (\\rho U^2 D)$", title="force along x")
-        panel.margins(y=0.35)
+        most = 2 * float(np.abs(series["body0_force_x"][late]).max())
+        panel.set(ylim=(-1.3 * most, 2.0 * most))  # room for the legend
         panel.legend(loc="upper center", fontsize=7.5)
 
     def _draw_field(self, panel: Axes, outcome: Outcome) -> None:
