@@ -32,6 +32,7 @@ ONSET = 47.0  # Reynolds number at which the wake begins to shed
 PLACE, SIZE = 1.2, 0.1  # of the eddy that starts shedding: behind the centre, its core [D]
 ROUTES_EVERY = 4  # steps between those at which the routes that cost more are asked
 RESIDUAL = 1e-5  # of the slip's law, which the penalisation keeps
+STARTED = 1.0  # time after which the start, which slips, is over [D/U]
 WIDE = 8.0  # picture of the wake [inches]
 LATE = 0.8  # part of a run after which a steady one is steady
 FEWEST = 3  # steps in it from which its drag is told
@@ -172,9 +173,10 @@ class CylinderWake(Case):
         return [
             *found,
             Metric("slip residual, largest", residual, 0.0, RESIDUAL, kind="absolute"),
-            Metric("slip, rms", slip, 0.0, 0.01, kind="absolute"),
+            Metric("slip, rms", slip, 0.0, 0.01,
+                   kind="absolute" if LATE * self.until > STARTED else "report"),
             Metric("circulation, kept and lost", total, 0.0, 1e-9, "A", "Kelvin", "absolute"),
-        ]
+        ]  # fmt: skip
 
     def _shedding(self, routes: Routes) -> list[Metric]:
         """The numbers of whole cycles; reports only while they still change."""
@@ -278,6 +280,7 @@ class CylinderWake(Case):
             found = spectrum(routes.time_end, lift, routes.dt, after=0.5 * self.until)
         except InputError:  # a run of a few steps
             panel.set_axis_off()
+            panel.text(0.5, 0.5, "the run is too short", transform=panel.transAxes, ha="center")
             return
         panel.semilogy(found.frequency, found.power / found.power.max(), color=OURS)
         if known := published(self.reynolds).get("strouhal"):
