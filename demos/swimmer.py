@@ -51,7 +51,7 @@ def draw():
     speeds.plot(time, series["body0_v"], color=OTHERS[0], lw=1.2, label="to the side")
     speeds.axhline(KNOWN, color=REFERENCE, ls="--", lw=1.2, label="Kern & Koumoutsakos 2006")
     speeds.set(title="Velocity", xlabel="$t / T$", ylabel="$[L/T]$", xlim=(0, UNTIL))
-    speeds.legend(loc="center right")
+    speeds.legend(loc="best")
     seen = [read_snapshots(args.out)[k] for k in (3, 6)]
     limit, part = colour_limit(seen), window(seen)
     for panel, shot in zip(fields, seen, strict=True):

@@ -48,7 +48,7 @@ def draw():
     for k, (name, colour) in enumerate((("first", OURS), ("second", OTHERS[0]))):
         speeds.plot(time, -series[f"body{k}_u"], color=colour, label=f"the {name} one")
     speeds.set(title="Velocity towards $-x$", xlabel="$t / T$", ylabel="$[L/T]$", xlim=(0, UNTIL))
-    speeds.legend(loc="lower right")
+    speeds.legend(loc="best")
     shot = read_snapshots(args.out)[-1]
     part = window([shot])
     draw_vorticity(wake, shot["vorticity"], shot.grid, colour_limit([shot]), chi=shot["chi"])

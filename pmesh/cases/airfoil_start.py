@@ -198,7 +198,7 @@ class AirfoilStart(Case):
         top = 1.25 * max(self.steady_lift, float(late.max(initial=0.01)))
         panel.set(xlim=(0, 2 * self.until), ylim=(0, top), xlabel="travel $s = 2Ut/c$")
         panel.set_title("lift and drag coefficients")
-        panel.legend(loc="upper right", ncols=2)
+        panel.legend(loc="best", ncols=2)
 
     def _draw_fields(self, panels: Sequence[Axes], shots: Sequence[Snapshot]) -> None:
         """Vorticity to one scale."""

@@ -40,7 +40,7 @@ class SwimmerPair(Swimming):
 
     distance: float = option(0.25, "from the leader's tail to the follower's nose", unit="L")
     offset: float = option(0.0, "of the follower, to the side", unit="L")
-    phase: float = option(0.0, "of the follower's wave, ahead of the leader's", unit="T")
+    phase: float = option(0.0, "how much later the follower's wave comes than the leader's", unit="T")
     alone: bool = option(True, "swims the leader alone too, beside it")
 
     title: ClassVar[str] = "Two swimmers in tandem"
@@ -136,4 +136,4 @@ class SwimmerPair(Swimming):
             panel.plot(track.time, -track.velocity[:, 0], style, color=colour, label=name)
         panel.set(xlim=(0, self.until), xlabel="$t / T$", ylabel="velocity $[L/T]$")
         panel.set_title("velocity along $-x$")
-        panel.legend(loc="lower right")
+        panel.legend(loc="best")
