@@ -84,6 +84,14 @@ def test_the_script_to_start_from_runs_and_keeps_its_circulation(tmp_path):
     assert "rule='deformation'" in said
 
 
+@pytest.mark.parametrize(
+    ("page", "number"),
+    [("docs/start.md", 2), ("docs/moving.md", 0), ("docs/moving.md", 1), ("docs/swimmers.md", 1)],
+)
+def test_the_scripts_of_the_pages_run(page, number, tmp_path):
+    run(script(page, number), tmp_path)
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_every_case_is_on_the_front_page_and_in_the_gallery(case):
     assert f"`{case}`" in text("README.md")

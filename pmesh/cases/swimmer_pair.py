@@ -40,7 +40,9 @@ class SwimmerPair(Swimming):
 
     distance: float = option(0.25, "from the leader's tail to the follower's nose", unit="L")
     offset: float = option(0.0, "of the follower, to the side", unit="L")
-    phase: float = option(0.0, "how much later the follower's wave comes than the leader's", unit="T")
+    phase: float = option(
+        0.0, "how much later the follower's wave comes than the leader's", unit="T"
+    )
     alone: bool = option(True, "swims the leader alone too, beside it")
 
     title: ClassVar[str] = "Two swimmers in tandem"
