@@ -106,6 +106,19 @@ def test_a_run_leaves_all_the_files_of_the_contract(tmp_path: Path) -> None:
     }
 
 
+def test_stages_are_the_closest_snapshots_each_once_and_the_start_only_if_alone(
+    tmp_path: Path,
+) -> None:
+    outcome = run_case("toy", ToyCase.make({}, quick=True), tmp_path / "r").outcome
+    times = [shot.time for shot in outcome.snapshots()]
+    assert len(times) > 2
+    found = [shot.time for shot in outcome.stages([0.0, times[1], times[1], times[-1]])]
+    assert found == [times[1], times[-1]]
+    for later in sorted((tmp_path / "r/fields").iterdir())[1:]:
+        later.unlink()
+    assert [shot.time for shot in outcome.stages([0.1, 0.5])] == [0.0]
+
+
 def test_the_parameters_of_case_toml_are_the_case_again(tmp_path: Path) -> None:
     case = ToyCase.make({"rate": 0.1 + 0.2, "nodes": 8, "until": 1 / 3})
     (tmp_path / "case.toml").write_text(runner.case_text("toy", case))

@@ -33,6 +33,7 @@ Values = NDArray[np.float64]
 GROWTH = (1.0, 3.0)  # half chords of travel between which the growth of the lift is judged
 GROWN = 0.05  # by which it may differ: at Re = 1000, to 10 degrees, it does by 2 %; the lift itself
 # is 7 to 9 % below the inviscid one, for the boundary layer, and from s = 3 on ever more
+HALF_PAGE, TALLEST = 4.3, 2.4  # width and largest height of a picture of the vorticity [inches]
 SMOOTH = 0.1  # half chords over which a lift at a time is a mean
 SETTLED = 0.25  # half chords of travel after which the routes are compared
 
@@ -166,12 +167,14 @@ class AirfoilStart(Case):
         """The lift over Wagner's; the vorticity at four times."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(9.6, 6.8), layout="constrained")
-        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.3)).ravel()
+        shots = outcome.stages([self.until * part for part in (0.25, 0.5, 0.75, 1.0)])
+        rows, columns = (len(shots) + 1) // 2, min(len(shots), 2)
+        high = 0.4 + min(HALF_PAGE * 1.2 / (1.4 + self.until), TALLEST)  # a panel, to scale
+        heights = 2.9, 0.3 + rows * high
+        figure = Figure(figsize=(9.6, sum(heights)), layout="constrained")
+        top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=heights).ravel()
         forces = top.subplots()
         self._draw_forces(forces, self.routes(outcome))
-        shots = outcome.stages([self.until * part for part in (0.25, 0.5, 0.75, 1.0)])
-        rows, columns = divmod(len(shots) + 1, 2)[0], min(len(shots), 2)
         panels = below.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
         fields = list(panels.ravel()[: len(shots)])
         for empty in panels.ravel()[len(shots) :]:
