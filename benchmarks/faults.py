@@ -187,7 +187,7 @@ FAULTS = [
     ),
     Fault(
         "a free body forgets the momentum it has", "pmesh/bodies/freedom.py",
-        "push.append((excess * speed + impulses", "push.append((impulses", "freedom passage",
+        "push.append((momentum + hold", "push.append((hold", "freedom passage",
     ),
     Fault(
         "the force of a moving body forgets the fluid in its place", "pmesh/vortex/loads.py",
@@ -196,11 +196,11 @@ FAULTS = [
     ),
     Fault(
         "the last force's impulse is not taken from a free body", "pmesh/vortex/passage.py",
-        "after.mask(), self.push - sums)", "after.mask(), self.push)", "passage freedom",
+        "self.push - sums", "self.push", "passage freedom",
     ),
     Fault(
         "free bodies are foreseen by Euler's rule", "pmesh/bodies/freedom.py",
-        "share = dt / past if past > 0 else 0.0", "share = 0.0", "freedom",
+        "gain = (dt / past if past > 0 else 0.0) * (speed", "gain = 0.0 * (speed", "freedom",
     ),
     Fault(
         "a deformation keeps its momentum on the mesh", "pmesh/bodies/mask.py",
