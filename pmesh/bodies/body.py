@@ -175,8 +175,7 @@ class RigidBody:
 
     def outlines(self, pose: Pose, step: float) -> list[Array]:
         """Closed lines (n, 2) around a plane shape, anticlockwise, points ``step`` [L] apart."""
-        center = np.reshape(pose.center, (-1, 1))
-        return [(center + pose.turned(line.T)).T for line in _rings(self.shape, step)]
+        return [pose.placed(line.T).T for line in _rings(self.shape, step)]
 
     def _placed(self, pose: Pose) -> Shape:
         center = self.measure.center
@@ -193,6 +192,12 @@ def _rings(shape: Shape, step: float) -> tuple[Array, ...]:
     low, high = shape.bounds()
     cells = max(CELLS, math.ceil(max(np.subtract(high, low)) / step))
     return tuple(even(line - measure(shape).center, step) for line in contour(shape, cells=cells))
+
+
+def matter_velocity(body: Body, points: Array, pose: Pose) -> Array:
+    """Velocity [L/T] of a body's matter at ``points`` (ndim, ...): rigid motion and deformation."""
+    rigid, change = pose.rigid(points), body.deformation(points, pose)
+    return rigid if change is None else rigid + change
 
 
 def check_motion(motion: object) -> None:

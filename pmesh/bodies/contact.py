@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.body import Body
+from pmesh.bodies.body import Body, matter_velocity
 from pmesh.bodies.gaps import Contact, contacts
 from pmesh.bodies.motion import Free
 from pmesh.bodies.pose import Pose
@@ -224,12 +224,8 @@ def _along(rows: Values, pushes: Values) -> Values:
 def _parting(one: Contact, bodies: Sequence[Body], poses: Sequence[Pose]) -> float:
     """How fast a contact opens [L/T]."""
     point = np.array(one.point)[:, None]
-    speeds = []
-    for k in (one.first, one.second):
-        velocity = poses[k].rigid(point)
-        own = bodies[k].deformation(point, poses[k])
-        speeds.append(velocity if own is None else velocity + own)
-    return float(np.dot(one.normal, (speeds[0] - speeds[1])[:, 0]))
+    first, second = (matter_velocity(bodies[k], point, poses[k]) for k in (one.first, one.second))
+    return float(np.dot(one.normal, (first - second)[:, 0]))
 
 
 def _pressed(rows: Values, inverse: Values, lack: Values) -> Values:

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.shape import seen_from
 from pmesh.bodies.body import Body
 from pmesh.bodies.motion import COORDINATES, Free
 from pmesh.bodies.pose import Pose
@@ -71,14 +72,13 @@ def _mask(
     chi, root = (ramp**2, ramp) if sharp else (ramp, np.sqrt(ramp))
     velocity, drifts = np.zeros_like(points), []
     for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
-        own = owner == number
-        free = isinstance(body.motion, Free)
-        matter = np.zeros_like(points) if free else pose.rigid(points)
+        own, motion = owner == number, body.motion
+        matter = np.zeros_like(points) if isinstance(motion, Free) else pose.rigid(points)
         change = deformation_on(body, pose, grid)
         drift: Array = np.zeros(grid.ndim + len(pose.spin))
         if change is not None:
-            if isinstance(body.motion, Free):
-                loose = [name not in body.motion.locked for name in COORDINATES]
+            if isinstance(motion, Free):
+                loose = [name not in motion.locked for name in COORDINATES]
                 drift[loose] = _momentum(change, points, pose, np.where(own, chi, 0.0), loose)
                 change = change - _motion(drift, points, pose)
             matter = matter + change
@@ -189,7 +189,7 @@ def _motion(drift: Array, points: Array, pose: Pose) -> Array:
 
 def rigid_modes(points: Array, pose: Pose) -> Array:
     """Velocities (3, 2, ...) of a unit motion along each axis and a unit spin, in the plane."""
-    arm = points - np.asarray(pose.center).reshape(-1, *(1,) * (points.ndim - 1))
+    arm = seen_from(points, pose.center)
     one, nothing = np.ones_like(arm[0]), np.zeros_like(arm[0])
     return np.stack(
         [np.stack([one, nothing]), np.stack([nothing, one]), np.stack([-arm[1], arm[0]])]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.shape import rotation
+from levelset.shape import rotation, seen_from
 
 Array = NDArray[np.floating[Any]]
 
@@ -28,7 +28,7 @@ class Pose:
 
     def seen(self, points: Array) -> Array:
         """World points (ndim, ...) in the body's own axes, from its centre."""
-        moved = points - _column(self.center, points)
+        moved = seen_from(points, self.center)
         return np.tensordot(self._turn().T.astype(points.dtype), moved, axes=1)
 
     def placed(self, points: Array) -> Array:
@@ -41,7 +41,7 @@ class Pose:
 
     def rigid(self, points: Array) -> Array:
         """Velocity [L/T] of the rigid motion at world points (ndim, ...)."""
-        arm = points - _column(self.center, points)
+        arm = seen_from(points, self.center)
         spin = np.asarray(self.spin, points.dtype)
         base = np.zeros_like(points) + _column(self.velocity, points)
         if len(self.spin) == 1:

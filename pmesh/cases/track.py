@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -12,8 +11,7 @@ from numpy.typing import NDArray
 
 from pmesh.bodies.mask import rigid_modes
 from pmesh.bodies.pose import Pose
-from pmesh.vortex.constraint import Wall
-from pmesh.vortex.solvers import solver_for
+from pmesh.vortex.loads import PLACES
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -21,7 +19,6 @@ if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow
 
 Values = NDArray[np.float64]
-COLUMNS = ("x", "y", "angle", "u", "v", "spin")
 
 
 class Drift(NamedTuple):
@@ -52,7 +49,7 @@ class Track(NamedTuple):
             raise InputError(
                 f"the run has no columns of a moving {name}", hint="watch=[pmesh.Forces()]"
             )
-        x, y, angle, u, v, spin = (np.asarray(series[f"{name}_{part}"]) for part in COLUMNS)
+        x, y, angle, u, v, spin = (np.asarray(series[f"{name}_{part}"]) for part in PLACES)
         loads = [series[f"{name}_{part}"] for part in ("force_x", "force_y", "torque", "power")]
         along, across, torque, power = (np.nan_to_num(np.asarray(load)) for load in loads)
         time = np.asarray(series["time"], np.float64)
@@ -153,14 +150,7 @@ def deformation_drift(flow: VortexFlow, grid: Grid, poses: Sequence[Pose]) -> tu
 
     Sums of chi u and chi r x u over the nodes, over those of chi |u| and chi |r| |u|.
     """
-    velocity = partial(
-        solver_for, order=flow.order, radius=flow.radius, dtype=flow.dtype, threads=flow.threads
-    )
-    wall = Wall(
-        bodies=flow.bodies, poses=tuple(poses), grid=grid, viscosity=flow.viscosity,
-        settings=flow.penalisation, order=flow.order, radius=flow.radius, solver=velocity,
-    )  # fmt: skip
-    mask = wall.mask()
+    mask = flow.mask(grid, tuple(poses))
     points, drifts = mask.grid.points(), []
     for number, pose in enumerate(poses):
         weight = np.where(mask.owner == number, mask.chi, 0.0)

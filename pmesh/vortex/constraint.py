@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -60,7 +61,7 @@ class Wall:
         """The same bodies elsewhere."""
         return replace(self, poses=poses)
 
-    @property
+    @cached_property
     def near(self) -> Grid:
         """The box that holds the indicator."""
         reach = self.settings.width * self.grid.spacing
@@ -189,8 +190,7 @@ class Wall:
             here = points[:, inside][:, own]
             change = deformation_on(body, old, mask.grid)
             there = here if change is None else here + dt * change[:, inside][:, own]
-            center = np.reshape(new.center, (-1, 1))
-            places[own] = (center + new.turned(old.seen(there))).T
+            places[own] = new.placed(old.seen(there)).T
         parts = [
             p2m(places, component[inside] * self.grid.cell_volume, near, kernel=CARRIER)
             for component in force

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,8 +34,8 @@ class Shift:
         for axis, n in enumerate(grid.shape):
             if not grid.periodic[axis]:
                 first = round((box.origin[axis] - grid.origin[axis]) / grid.spacing)
-                before[axis] = max(before[axis], _strides(-first))
-                after[axis] = max(after[axis], _strides(first + box.shape[axis] - n))
+                before[axis] = max(before[axis], strides(-first))
+                after[axis] = max(after[axis], strides(first + box.shape[axis] - n))
         return Shift(tuple(before), tuple(after))
 
     def grid(self, grid: Grid) -> Grid:
@@ -82,12 +83,13 @@ def room(vorticity: Array, grid: Grid, margin: int, *, follow: bool) -> Shift:
 def _change(free: int, nodes: int, margin: int, follow: bool) -> int:
     """Nodes to add at an end with ``free`` nodes at rest; negative to remove."""
     if free < margin:
-        return _strides(max(margin - free, nodes // 8))
+        return strides(max(margin - free, nodes // 8))
     spare = free - margin - nodes // 8
     if follow and spare > nodes // 4:
         return -(spare // STRIDE) * STRIDE
     return 0
 
 
-def _strides(nodes: int) -> int:
-    return -(-nodes // STRIDE) * STRIDE
+def strides(nodes: float) -> int:
+    """Nodes in whole strides, rounded up."""
+    return math.ceil(nodes / STRIDE - 1e-9) * STRIDE

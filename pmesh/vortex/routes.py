@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.body import Body
+from pmesh.bodies.body import Body, matter_velocity
 from pmesh.bodies.control_volume import box_of, momentum_balance
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.traction import has_room, traction
@@ -114,16 +114,13 @@ def _surface(
         found = traction(
             line, velocity, vorticity, grid, dt=poses[1].time - poses[0].time,
             viscosity=viscosity, center=_middle(poses),
-            moving=(_speed(body, poses[0], line[0]), _speed(body, poses[1], line[1])),
+            moving=(
+                matter_velocity(body, line[0].T, poses[0]).T,
+                matter_velocity(body, line[1].T, poses[1]).T,
+            ),
         )  # fmt: skip
         total += (*found.force, found.torque)
     return float(total[0]), float(total[1]), float(total[2])
-
-
-def _speed(body: Body, pose: Pose, points: Array) -> Array:
-    """Velocity [L/T] of the body's matter at points (n, 2)."""
-    rigid, change = pose.rigid(points.T), body.deformation(points.T, pose)
-    return (rigid if change is None else rigid + change).T
 
 
 def _middle(poses: tuple[Pose, Pose]) -> tuple[float, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pmesh.bodies.body import Body
 from pmesh.bodies.pose import Pose
 from pmesh.vortex import ledger
-from pmesh.vortex.domain import STRIDE, Shift
+from pmesh.vortex.domain import Shift, strides
 from pmesh.vortex.state import State, Wake
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
@@ -89,9 +89,9 @@ class Window:
                 continue
             end = grid.origin[axis] + (grid.shape[axis] - 1) * grid.spacing
             before[axis] = min(
-                before[axis], _strides((grid.origin[axis] - low[axis]) / grid.spacing)
+                before[axis], strides((grid.origin[axis] - low[axis]) / grid.spacing)
             )
-            after[axis] = min(after[axis], _strides((high[axis] - end) / grid.spacing))
+            after[axis] = min(after[axis], strides((high[axis] - end) / grid.spacing))
         return Shift(tuple(before), tuple(after))
 
     def faded(
@@ -186,8 +186,3 @@ def let_go(window: Window, state: State, bodies: Sequence[Body], wind: Array, dt
         lost_circulation=state.lost_circulation + gone.circulation,
         wake=window.remembered(state.wake, gone, bodies, wind, dt),
     )
-
-
-def _strides(nodes: float) -> int:
-    """Nodes of room in whole strides, rounded up; less is trimmed than sticks out."""
-    return math.ceil(nodes / STRIDE - 1e-9) * STRIDE
