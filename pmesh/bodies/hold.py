@@ -13,6 +13,7 @@ fluid's inertia, added mass included, is in A. Symmetric but for 0.1 %, indefini
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -124,8 +125,8 @@ def hold(
     momentum given to the fluid; along free modes it is exact to round-off. Stops when the residual
     is within ``tolerance * speed``; raises BlowUpError, which names ``what``, if it never is.
     """
-    system = _System(carrier, held, velocity.shape)
     known = carrier.felt(held.mask.velocity.astype(velocity.dtype) - held.blurred(velocity))
+    system = _System(carrier, held, velocity.shape, known.shape)
     g = np.zeros_like(known) if guess is None else carrier.nearest(guess)
     begin = system.joined(g, system.freedom.likely / system.scale**2)
     rest = system.joined(known, -system.freedom.push) - system.apply(begin)
@@ -144,14 +145,15 @@ def hold(
 class _System:
     """The matrix for g and, scaled, the values of the free coordinates."""
 
-    def __init__(self, carrier: Carrier, held: Held, shape: tuple[int, ...]) -> None:
-        self.carrier, self.held = carrier, held
+    def __init__(
+        self, carrier: Carrier, held: Held, mesh: tuple[int, ...], shape: tuple[int, ...]
+    ) -> None:
+        self.carrier, self.held, self.shape = carrier, held, shape
         none = np.zeros(0)
-        self.freedom = held.freedom or Freedom(np.zeros((0, *shape)), none, none, none)
+        self.freedom = held.freedom or Freedom(np.zeros((0, *mesh)), none, none, none)
         felt = [carrier.felt(mode.astype(held.solver.dtype)) for mode in self.freedom.modes]
-        self.shape = carrier.felt(np.zeros(shape, held.solver.dtype)).shape
         self.modes = np.array([mode.ravel() for mode in felt], held.solver.dtype)
-        self.modes = self.modes.reshape(len(felt), int(np.prod(self.shape)))
+        self.modes = self.modes.reshape(len(felt), math.prod(shape))
         sizes = np.sum(np.square(self.modes, dtype=np.float64), axis=1)
         self.scale = 1.0 / np.sqrt(sizes + np.abs(self.freedom.inertia))
 

@@ -81,9 +81,9 @@ NODES, SOLID = 144, 24  # nodes of the line, of which the walls take 2 * SOLID
 DRIVE = 3.0  # half width of the drive in mid channel
 
 
-def beside(wall: Ramp, blur: float, shifts: tuple[float, ...] = SHIFTS) -> Values:
+def beside(wall: Ramp, blur: float) -> Values:
     """Offset of a wall, and the flow beside it, as means over its places between nodes."""
-    return np.asarray(np.mean([channel(float(s), wall, blur) for s in shifts], axis=0), np.float64)
+    return np.asarray(np.mean([channel(float(s), wall, blur) for s in SHIFTS], axis=0), np.float64)
 
 
 def channel(shift: float, wall: Ramp, blur: float) -> tuple[float, float]:

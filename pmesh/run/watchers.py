@@ -55,8 +55,8 @@ class Forces(Recorder):
         self._before: Any = None
 
     def open(self, moment: Moment) -> None:
-        """Keep the state that the next step begins from."""
-        self._before = moment.state
+        """Keep the state that the next step begins from, if it will be asked for."""
+        self._before = moment.state if self.routes is not None else None
 
     def close(self) -> None:
         """Let it go."""

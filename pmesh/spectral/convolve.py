@@ -177,7 +177,7 @@ class Convolver:
         rows, middle = self.row_block
         n0, last = self.box.shape[0], self.box.shape[-1]
         target = field.reshape(n0, self.middle, last)
-        across, along = self._row_blocks()
+        _, along = self._row_blocks()
         factor, offset = self.dtype.type(self.scale), self.dtype.type(shift)
         first, end = (0, n0) if wanted is None else wanted
         skipped = first // rows

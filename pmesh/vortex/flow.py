@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from pmesh.bodies.body import Body
 from pmesh.bodies.contact import ContactLaw
 from pmesh.bodies.forcing import DirectForcing
-from pmesh.bodies.mask import Mask
+from pmesh.bodies.mask import Mask, at_rest
 from pmesh.bodies.penalise import Penalisation
 from pmesh.bodies.pose import Pose
 from pmesh.spectral.velocity import VelocitySolver
@@ -302,18 +302,22 @@ class VortexFlow:
 
     def _outer(self, state: State, passage: Passage | None) -> Outer:
         """Velocity that no vorticity induces, now and after the step, beside the free stream."""
-        ends = [state.poses] if passage is None else [state.poses, passage.after.poses]
-        flows: list[Array | None] = []
-        for poses in ends:
-            total = None
-            if not all(body.solenoidal for body in self.bodies):
-                wall = self._wall(replace(state, poses=poses))
-                total = swelling_flow(wall, self._solver(state.grid))
-            if self.window is not None:
-                lee = self.window.beyond(state.grid, self.bodies, poses, state.wake)
-                total = total if lee is None else lee if total is None else total + lee
-            flows.append(None if total is None else total.astype(self.dtype, copy=False))
-        return flows[0], flows[-1]
+        first = self._outer_at(state, state.poses)
+        if passage is None or at_rest(self.bodies, state.poses) == at_rest(
+            self.bodies, passage.after.poses
+        ):
+            return first, first
+        return first, self._outer_at(state, passage.after.poses)
+
+    def _outer_at(self, state: State, poses: tuple[Pose, ...]) -> Array | None:
+        """The same with the bodies at these poses; None if there is none."""
+        total = None
+        if not all(body.solenoidal for body in self.bodies):
+            total = swelling_flow(self._wall_on(state.grid, poses), self._solver(state.grid))
+        if self.window is not None:
+            lee = self.window.beyond(state.grid, self.bodies, poses, state.wake)
+            total = total if lee is None else lee if total is None else total + lee
+        return None if total is None else total.astype(self.dtype, copy=False)
 
     def _roomy(self, state: State, dt: float, ahead: tuple[Pose, ...]) -> State:
         """The state on a mesh with room for what the step does, bodies at its end included."""

@@ -194,14 +194,16 @@ def _check_room(flow: VortexFlow) -> None:
     reach = flow.penalisation.width * grid.spacing
     poses = tuple(body.start() for body in flow.bodies)
     box = box_around(flow.bodies, poses, grid, reach)
+    points, distances = box.points(), []
     for number, (body, pose) in enumerate(zip(flow.bodies, poses, strict=True)):
-        depth = _depth(body, pose, box) / grid.spacing
+        distances.append(body.distance(points, pose))
+        depth = _depth(body, pose, box, distances[-1]) / grid.spacing
         if depth < DEEP:
             raise InputError(
                 f"bodies[{number}] is {max(2 * depth, 0):.2f} spacings thick, needs {2 * DEEP:g}",
                 hint=f"a spacing below {grid.spacing * max(depth, 0.5) / DEEP:.3g}",
             )
-    _check_apart(flow.bodies, poses, box)
+    _check_apart(distances, grid.spacing)
     if flow.domain != "fixed":
         return
     for axis, wraps in enumerate(grid.periodic):
@@ -214,11 +216,9 @@ def _check_room(flow: VortexFlow) -> None:
             )
 
 
-def _depth(body: Body, pose: Pose, box: Grid) -> float:
+def _depth(body: Body, pose: Pose, box: Grid, distance: Array) -> float:
     """How deep the middle of a body lies below its surface [L], to a sixteenth of a spacing."""
-    points = box.points()
-    distance = body.distance(points, pose)
-    deep = points[:, distance <= 0.5 * min(float(distance.min()), 0.0)]
+    deep = box.points()[:, distance <= 0.5 * min(float(distance.min()), 0.0)]
     if not deep.size:
         return -float(distance.min())
     parts = box.spacing * np.arange(-4, 5) / 8
@@ -226,13 +226,11 @@ def _depth(body: Body, pose: Pose, box: Grid) -> float:
     return -float(body.distance(deep[:, :, None] + around, pose).min())
 
 
-def _check_apart(bodies: Sequence[Body], poses: Sequence[Pose], box: Grid) -> None:
-    """Refuse bodies that begin inside each other."""
-    points = box.points()
-    distances = [body.distance(points, pose) for body, pose in zip(bodies, poses, strict=True)]
+def _check_apart(distances: Sequence[Array], spacing: float) -> None:
+    """Refuse bodies that begin inside each other, by their distances on one box."""
     for number, one in enumerate(distances):
         for before, other in enumerate(distances[:number]):
-            overlap = -float(np.maximum(one, other).min()) / box.spacing
+            overlap = -float(np.maximum(one, other).min()) / spacing
             if overlap > OVERLAP:
                 raise InputError(
                     f"bodies[{before}] and bodies[{number}] overlap by {2 * overlap:.1f} spacings",
