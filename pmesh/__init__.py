@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow as VortexFlow
     from pmesh.vortex.flowmap import VelocityHistory as VelocityHistory
     from pmesh.vortex.flowmap import ftle as ftle
-    from pmesh.vortex.limits import Limit as Limit
     from pmesh.vortex.state import State as State
     from pmesh.vortex.window import Window as Window
     from remesh.errors import BlowUpError as BlowUpError
     from remesh.errors import InputError as InputError
     from remesh.errors import PmeshError as PmeshError
     from remesh.errors import StorageError as StorageError
+    from remesh.limit import Limit as Limit
 else:
     from pmesh import run  # a package that can be called
 
@@ -85,7 +85,7 @@ _HOME = {
     "VelocityHistory": "pmesh.vortex.flowmap",
     "VortexFlow": "pmesh.vortex.flow",
     "ftle": "pmesh.vortex.flowmap",
-    "Limit": "pmesh.vortex.limits",
+    "Limit": "remesh.limit",
     "State": "pmesh.vortex.state",
     "BlowUpError": "remesh.errors",
     "InputError": "remesh.errors",

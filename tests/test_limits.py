@@ -12,9 +12,8 @@ from levelset.shapes import Box, Disk, Ellipse
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.motion import Fixed, Free, Prescribed, Spring
 from pmesh.bodies.swimmer import Swimmer
-from pmesh.vortex.limits import Limit, body_limits, ratio, thickness, tightest
+from pmesh.vortex.limits import body_limits, ratio, thickness
 from pmesh.vortex.state import State
-from remesh.errors import InputError
 from remesh.grid import Grid
 
 GRID = Grid((16, 16), 1 / 32)
@@ -104,15 +103,6 @@ def test_springs_swing_half_a_radian_in_a_step():
     ):
         body = RigidBody(Disk(0.5), motion=Free(density=2.0, spring=spring))
         assert steps(body)["motion"] == pytest.approx(0.5 / omega)
-
-
-def test_the_tightest_limit_wins_and_of_equal_ones_the_first():
-    first, other = Limit(0.1, "body"), Limit(0.1, "motion")
-    assert tightest(Limit(0.2, "diffusion"), first, other) is first
-    broken = Limit(math.nan, "deformation")
-    assert tightest(first, broken) is broken
-    with pytest.raises(InputError, match="compares limits, got none"):
-        tightest()
 
 
 def test_a_rate_of_zero_allows_any_step():

@@ -19,9 +19,9 @@ from pmesh.run.series import read_series
 from pmesh.run.snapshots import Snapshots, read_snapshots
 from pmesh.run.watchers import Forces, Ledger
 from pmesh.vortex.flow import VortexFlow
-from pmesh.vortex.limits import Limit, tightest
 from remesh.errors import BlowUpError, InputError, StorageError
 from remesh.grid import Grid
+from remesh.limit import Limit, tightest
 
 SQUARE = Grid((8, 8), 1 / 8)
 CUBE = Grid((4, 5, 6), 1 / 4)

@@ -14,8 +14,8 @@ from pmesh.cases.options import option
 from pmesh.run.protocols import Watcher
 from pmesh.run.snapshots import Snapshots
 from pmesh.run.summary import Metric
-from pmesh.vortex.limits import Limit, tightest
 from remesh.grid import Grid
+from remesh.limit import Limit, tightest
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,10 @@ class ToyState:
     grid: Grid
     vorticity: NDArray[Any]
     bodies: tuple[Body, ...] = ()
+
+    @property
+    def size(self) -> int:
+        return self.grid.size
 
 
 @dataclass(frozen=True, kw_only=True)

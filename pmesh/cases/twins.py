@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.vortex.flow import VortexFlow
-from pmesh.vortex.limits import Limit, tightest
 from pmesh.vortex.state import State
 from remesh.grid import Grid
+from remesh.limit import Limit, tightest
 
 Array = NDArray[np.floating[Any]]
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from pmesh.run.protocols import LANDING
-from pmesh.vortex.limits import Limit
+from remesh.limit import Limit
 
 
 def next_stop(time: float, until: float, every: Sequence[float]) -> float:

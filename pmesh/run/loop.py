@@ -16,8 +16,8 @@ from pmesh.run import tree
 from pmesh.run.clock import arrives, next_step, next_stop
 from pmesh.run.protocols import Flow, Moment, Paced, S, Staged, Watcher
 from pmesh.run.rundir import CHECKPOINT, RunFolder
-from pmesh.vortex.limits import Limit, tightest
 from remesh.errors import BlowUpError, InputError, PmeshError
+from remesh.limit import Limit, tightest
 
 
 def run(
@@ -90,7 +90,7 @@ class _Journey(Generic[S]):
             raise self.blown_up(state, "the time step vanishes", limit, taken=0)
         step = next_step(state.time, stop, limit)
         new = self.take(state, step, stop)
-        self.node_steps += new.grid.size
+        self.node_steps += new.size
         self.tell(self.moment(new, step))
         self.good = new
         if self.seconds - self.saved >= self.checkpoint_every:

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, TypeVar, runtime_checkable
 
-import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.vortex.limits import Limit
 from remesh.grid import Grid
+from remesh.limit import Limit
 
 LANDING = 1e-9  # times closer than this part of `every` are the same time
 
@@ -33,8 +32,8 @@ class State(Protocol):
         """The mesh the fields live on; it may change from step to step."""
 
     @property
-    def vorticity(self) -> NDArray[np.floating[Any]]:
-        """Vorticity on the grid [1/T]."""
+    def size(self) -> int:
+        """Nodes or particles that a step moves."""
 
 
 S = TypeVar("S", bound=State)
@@ -74,7 +73,7 @@ class Moment:
     rule: str  # that set dt; "start" at the start
     until: float  # end of the run [T]
     seconds: float = 0.0  # of work so far, earlier parts of a resumed run included
-    node_steps: int = 0  # sum over the steps of the nodes they moved
+    node_steps: int = 0  # sum over the steps of the nodes or particles they moved
     out: Path | None = None  # the run directory
 
     @property

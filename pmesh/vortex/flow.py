@@ -20,7 +20,7 @@ from pmesh.spectral.velocity import VelocitySolver
 from pmesh.vortex import ledger
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.domain import SIGNIFICANT, room
-from pmesh.vortex.limits import Limit, body_limits, ratio, tightest
+from pmesh.vortex.limits import body_limits, ratio
 from pmesh.vortex.loads import inertia_force, load_columns
 from pmesh.vortex.outer import Outer, swelling_flow
 from pmesh.vortex.passage import Passage, foresee
@@ -33,6 +33,7 @@ from pmesh.vortex.window import Window, let_go
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
+from remesh.limit import Limit, tightest
 from remesh.nodes import sample_nodes
 from remesh.particles import distortion
 from remesh.stencils import max_gradient_norm

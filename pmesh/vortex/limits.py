@@ -1,10 +1,9 @@
-"""The largest time step a state allows, and the rule that set it."""
+"""What bodies ask of a time step."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,30 +12,13 @@ from pmesh.bodies.motion import Free, Prescribed
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.spring import likely_inertia, spring_constants
 from pmesh.vortex.state import State
-from remesh.errors import InputError
+from remesh.limit import Limit
 
 LAW = 0.05  # of the scale of a law of motion, at most
 BEAT = 0.01  # of the period of a deforming body
 FALL = 0.25  # spacings that a body falls from rest
 DROP = 0.0625  # the same in the first step, which does not know the acceleration
 SWING = 0.5  # radians of a spring's swing
-
-
-@dataclass(frozen=True)
-class Limit:
-    """A largest time step [T] and the name of the rule that set it."""
-
-    dt: float
-    rule: str
-
-
-def tightest(*limits: Limit) -> Limit:
-    """The limit with the smallest step; of equal ones the first. A step that is NaN wins."""
-    if not limits:
-        raise InputError(
-            "tightest() compares limits, got none", hint="tightest(Limit(0.1, 'body'))"
-        )
-    return min(limits, key=lambda limit: (limit.dt == limit.dt, limit.dt))
 
 
 def body_limits(bodies: Sequence[Body], state: State, viscosity: float) -> list[Limit]:

@@ -70,3 +70,8 @@ class State:
     impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse
     lost_circulation: float = 0.0  # that left through unbounded edges since the start [L^2/T]
     wake: Wake = NO_WAKE  # that left a window
+
+    @property
+    def size(self) -> int:
+        """Nodes that a step moves."""
+        return self.grid.size
