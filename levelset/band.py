@@ -1,0 +1,30 @@
+"""Nodes near an interface, and what is known there: a level set whose cost follows the interface."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remesh.grid import Grid
+
+Array = NDArray[np.floating[Any]]
+Nodes = NDArray[np.int64]
+
+
+class Band(NamedTuple):
+    """A level set known at some nodes of a grid only."""
+
+    grid: Grid
+    nodes: Nodes  # flat indices in C order, ascending
+    values: Array  # of the level set there, negative inside [L]
+
+    def on_grid(self) -> Array:
+        """The values in an array of ``grid.shape``, zero where nothing is known.
+
+        Pages without nodes are never touched: the cost is that of the nodes.
+        """
+        field = np.zeros(self.grid.shape, self.values.dtype)
+        field.reshape(-1)[self.nodes] = self.values
+        return field
