@@ -91,7 +91,7 @@ def test_nodes_that_are_not_named_are_never_read():
 
 
 def test_the_whole_mesh_and_a_band_agree_inside_the_band():
-    grid, (x, y, z), radius = ball(24)
+    grid, (x, y, _z), radius = ball(24)
     nodes = near(radius, grid, 5)
     inner = near(radius, grid, 1)
     whole = laplace_beltrami(x * x * y, radius - 1, grid).ravel()[inner]
