@@ -74,7 +74,7 @@ def differs(flat, node, inside, gaps):
 @njit(cache=True, nogil=True)
 def land_first(first, pieces, step, rows, flat, shape, wraps, gaps, nodes, feet, away):
     """The feet of nodes that have neighbours of the other sign, from the nearest crossing."""
-    nx, nm, nc = shape
+    _, nm, nc = shape
     strides = (nc * nm, nc, 1)
     for piece in range(first, pieces, step):
         for n in range(piece * rows, min((piece + 1) * rows, len(nodes))):
@@ -110,7 +110,7 @@ def advance(
     Those beyond ``reach`` do not spread; ``confined`` keeps to nodes whose value is set. A node
     that is not set takes the sign of the one that reached it.
     """
-    nx, nm, nc = shape
+    _, nm, nc = shape
     strides = (nc * nm, nc, 1)
     count = stop
     for n in range(start, stop):
@@ -170,7 +170,7 @@ def land_ring(
     first, pieces, step, rows, flat, shape, wraps, gaps, slot, nodes, feet, away, start, stop
 ):  # fmt: skip
     """The feet of the ring ``start:stop``, from those of neighbours in the rings before."""
-    nx, nm, nc = shape
+    _, nm, nc = shape
     for piece in range(first, pieces, step):
         low = start + piece * rows
         for n in range(low, min(low + rows, stop)):
@@ -190,7 +190,7 @@ def improve(
 
     ``asked`` are the places in the list to look at. What is read is not written.
     """
-    nx, nm, nc = shape
+    _, nm, nc = shape
     for piece in range(first, pieces, step):
         for q in range(piece * rows, min((piece + 1) * rows, len(asked))):
             n = asked[q]

@@ -1,7 +1,7 @@
 """Compiled search for the foot of a node: the nearest point of the interpolant's zero contour.
 
 Fields are (nx, nm, nc) in C order; in 2-D the middle axis has one node and all goes on in a plane.
-Lengths are in node units; a foot is told by its offset from its node, so periodic axes need no care.
+Lengths are in node units; a foot is told by its offset from its node: periodic axes need no care.
 """
 
 # mypy: disable-error-code="no-untyped-def, no-untyped-call"
@@ -135,7 +135,7 @@ def slide(flat, shape, wraps, gaps, x, y, z, a, b, c):
 
 @njit(cache=True, nogil=True)
 def land(flat, shape, wraps, gaps, x, y, z, a, b, c):
-    """From an offset along the gradient to the contour, at most half a node spacing; and whether."""
+    """From an offset along the gradient to the contour, at most half a spacing; and whether."""
     u, v, w = a, b, c
     for _ in range(LANDINGS):
         p, px, py, pz = probe(flat, shape, wraps, gaps, x + u, y + v, z + w)

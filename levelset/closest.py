@@ -44,12 +44,12 @@ def closest_points(
     ``phi`` has ``grid.shape`` and any slope; with ``nodes``, sorted flat indices, it is known
     there only (then ``(len(nodes),)`` will do too), and without ``width`` these are the nodes
     answered, as far as the contour is reached through them. The contour is that of the cubic
-    interpolant: points are of order 4 on it, 3 along it. At its nodes, feet are found by Newton
-    from the nearest crossing of a mesh line, farther out from the feet of neighbours, and exchanged
-    between neighbours until no one knows a nearer one. Where Newton fails, at kinks, the foot slides
-    along the contour as long as it comes nearer. Cost: O(nodes answered), without ``nodes`` also one
-    look at every node. Same bits for any number of threads. Beyond an unbounded edge the contour
-    goes on straight. Refuses a phi of one sign or not finite.
+    interpolant: points are of order 4 off it, 3 along it. Next to it feet are found by Newton
+    from the nearest crossing of a mesh line, farther out from the feet of neighbours, then
+    exchanged between neighbours until no one knows a nearer one. Where Newton fails, at kinks,
+    the foot slides along the contour as long as it comes nearer. Beyond an unbounded edge the
+    contour goes on straight. Cost: O(nodes answered), without ``nodes`` also one look at every
+    node. Same bits for any number of threads. Refuses a phi of one sign or not finite.
     Source: D. L. Chopp, SIAM J. Sci. Comput. 23 (2001) 230.
     """
     front = Front(phi, grid, nodes, threads)

@@ -50,4 +50,4 @@ def fast_marching(phi: Array, grid: Grid, *, width: float | None = None, order: 
         found = np.minimum(np.abs(found), reach)
     # the library is free to round a value to the other side: sides are those of phi
     away = np.maximum(np.abs(found), 1e-12 * grid.spacing * inside)
-    return np.where(inside, -away, away).astype(precision(values))
+    return np.asarray(np.where(inside, -away, away), precision(values))
