@@ -1,4 +1,4 @@
-"""Nodes near an interface, and what is known there: a level set whose cost follows the interface."""
+"""Nodes near an interface and what is known there, at a cost that follows the interface."""
 
 from __future__ import annotations
 

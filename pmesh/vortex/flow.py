@@ -26,7 +26,7 @@ from pmesh.vortex.outer import Outer, swelling_flow
 from pmesh.vortex.passage import Passage, foresee
 from pmesh.vortex.recipe import checked_vorticity, validate
 from pmesh.vortex.routes import route_names, routes
-from pmesh.vortex.schemes import SCHEMES, Carried, carry, on_mesh
+from pmesh.vortex.schemes import Carried, carry, on_mesh
 from pmesh.vortex.solvers import solver_for
 from pmesh.vortex.state import Load, State
 from pmesh.vortex.window import Window, let_go
@@ -36,6 +36,7 @@ from remesh.kernels import Kernel, get_kernel
 from remesh.limit import Limit, tightest
 from remesh.nodes import sample_nodes
 from remesh.particles import distortion
+from remesh.paths import SCHEMES
 from remesh.stencils import max_gradient_norm
 
 Array = NDArray[np.floating[Any]]
@@ -69,7 +70,7 @@ class VortexFlow:
     bodies: tuple[Body, ...] = ()
     deformation: float = 0.25  # largest dt * max|grad u|
     kernel: str | Kernel = "M6'"  # of remeshing and interpolation
-    time_scheme: Literal["RK2", "RK3"] = "RK2"
+    time_scheme: Literal["RK2", "RK3", "RK4"] = "RK2"
     remeshing: Literal["always", "distorted"] = "always"
     distortion: float = 0.1  # largest strain of the particles' lattice, for "distorted"
     domain: Literal["grow", "follow", "fixed"] = "grow"  # of the unbounded axes

@@ -7,7 +7,7 @@ A velocity here is any law ``velocity(time, positions)`` with positions and resu
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
 
@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
+from remesh.paths import SCHEMES, Velocity, travel
 from remesh.stencils import gradient
 from remesh.transfer import m2p
 
 Array = NDArray[np.floating[Any]]
-Velocity = Callable[[float, Array], Array]
 KEPT = 6  # fields in memory
 
 
@@ -238,13 +238,7 @@ def _carried(
         raise InputError(f"steps must be at least 1, got {steps}", hint="steps=100")
     dt = (end - start) / steps
     for k in range(steps):
-        t, middle = start + k * dt, start + (k + 0.5) * dt
-        late = start + (k + 1) * dt
-        first = velocity(t, place)
-        second = velocity(middle, place + 0.5 * dt * first)
-        third = velocity(middle, place + 0.5 * dt * second)
-        fourth = velocity(late, place + dt * third)
-        place = place + dt / 6 * (first + 2 * second + 2 * third + fourth)
+        place = travel(place, velocity, start + k * dt, dt, SCHEMES["RK4"])
     return place
 
 

@@ -16,11 +16,11 @@ from pmesh.bodies.mask import MARGIN, box_around
 from pmesh.bodies.penalise import Penalisation
 from pmesh.bodies.pose import Pose
 from pmesh.spectral.symbols import Greens
-from pmesh.vortex.schemes import SCHEMES
 from pmesh.vortex.window import Window
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
+from remesh.paths import SCHEMES
 from remesh.threads import thread_count
 
 if TYPE_CHECKING:

@@ -1,9 +1,8 @@
-"""Moving particles: Runge-Kutta schemes as tables, and the law that carries vorticity."""
+"""The law that carries vorticity: particles moved in the velocity that they induce."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,28 +11,9 @@ from numpy.typing import NDArray
 from remesh.grid import Grid
 from remesh.kernels import Kernel
 from remesh.nodes import Advected, advect_nodes, sample_nodes
+from remesh.paths import Scheme, moved
 
 Array = NDArray[np.floating[Any]]
-
-
-@dataclass(frozen=True)
-class Scheme:
-    """An explicit Runge-Kutta scheme: ``rows[k]`` weighs the slopes before stage k + 1."""
-
-    name: str
-    order: int
-    rows: tuple[tuple[float, ...], ...]
-    weights: tuple[float, ...]
-    source: str
-
-
-SCHEMES: dict[str, Scheme] = {
-    scheme.name: scheme
-    for scheme in (
-        Scheme("RK2", 2, ((1 / 2,),), (0.0, 1.0), "midpoint rule"),
-        Scheme("RK3", 3, ((1 / 2,), (0.0, 3 / 4)), (2 / 9, 1 / 3, 4 / 9), "Ralston 1962"),
-    )
-}
 
 
 class Carried(NamedTuple):
@@ -77,21 +57,9 @@ def carry(
     if base is not None:
         slopes = [sample_nodes(velocity, base, grid, kernel, threads=threads)]
     for row in scheme.rows:
-        moved = _moved(base, slopes, row, dt)
-        stage = on_mesh(Carried(particles.strengths, moved), grid, kernel, threads)
+        place = moved(base, slopes, row, dt)
+        stage = on_mesh(Carried(particles.strengths, place), grid, kernel, threads)
         slopes.append(
-            sample_nodes(velocity_of(stage.field, sum(row)), moved, grid, kernel, threads=threads)
+            sample_nodes(velocity_of(stage.field, sum(row)), place, grid, kernel, threads=threads)
         )
-    return _moved(base, slopes, scheme.weights, dt)
-
-
-def _moved(base: Array | None, slopes: list[Array], weights: Sequence[float], dt: float) -> Array:
-    """base + dt * sum of weighted slopes."""
-    used = [(weight, slope) for weight, slope in zip(weights, slopes, strict=True) if weight]
-    (weight, slope), *others = used
-    total = slope * slope.dtype.type(dt * weight)
-    for weight, slope in others:
-        total += slope * slope.dtype.type(dt * weight)
-    if base is not None:
-        total += base
-    return total
+    return moved(base, slopes, scheme.weights, dt)
