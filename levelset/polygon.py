@@ -82,8 +82,8 @@ class Polygon(Shape):
         return abs(0.5 * sum(a[0] * b[1] - a[1] * b[0] for a, b in self._sides()))
 
     @property
-    def perimeter(self) -> float:
-        """Length of the boundary [L]."""
+    def surface(self) -> float:
+        """Length of the boundary."""
         return sum(math.dist(a, b) for a, b in self._sides())
 
     def bounds(self) -> Bounds:

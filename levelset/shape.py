@@ -17,6 +17,7 @@ from remesh.errors import InputError, as_number
 Array = NDArray[np.floating[Any]]
 Point = tuple[float, ...]
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
+Moments = tuple[float, Point, float]  # volume, centre, polar second moment about it
 
 
 class Shape(ABC):
@@ -63,6 +64,24 @@ class Shape(ABC):
     def area(self) -> float | None:
         """Another word for ``volume``, for plane shapes."""
         return self.volume
+
+    @property
+    def surface(self) -> float | None:
+        """Length (2-D) or area (3-D) of the boundary [L^(ndim-1)]; None where no form is known."""
+        return None
+
+    @property
+    def perimeter(self) -> float | None:
+        """Another word for ``surface``, for plane shapes."""
+        return self.surface
+
+    def reach(self, distance: float) -> Bounds:
+        """A box that holds all points whose signed distance is at most ``distance`` >= 0 [L]."""
+        return grown(self.bounds(), distance)
+
+    def _moments(self) -> Moments | None:
+        """Volume [L^ndim], centre [L] and polar second moment about it [L^(ndim+2)], if known."""
+        return None
 
     def __or__(self, other: Shape) -> Shape:
         """The union."""
@@ -122,6 +141,10 @@ class _Pair(Shape):
         """None: it depends on how the two overlap."""
         return None
 
+    def bounds(self) -> Bounds:
+        """A box that holds it, from those of both."""
+        return self.reach(0.0)
+
 
 class Union(_Pair):
     """``a | b``: the smaller distance. Exact outside; inside, |distance| is a lower bound."""
@@ -129,10 +152,9 @@ class Union(_Pair):
     def _distance(self, points: Array) -> Array:
         return np.minimum(self.first._distance(points), self.second._distance(points))
 
-    def bounds(self) -> Bounds:
+    def reach(self, distance: float) -> Bounds:
         """The box around both boxes."""
-        (low, high), (other_low, other_high) = self.first.bounds(), self.second.bounds()
-        return tuple(map(min, low, other_low)), tuple(map(max, high, other_high))
+        return around(self.first.reach(distance), self.second.reach(distance))
 
 
 class Intersection(_Pair):
@@ -141,13 +163,9 @@ class Intersection(_Pair):
     def _distance(self, points: Array) -> Array:
         return np.maximum(self.first._distance(points), self.second._distance(points))
 
-    def bounds(self) -> Bounds:
+    def reach(self, distance: float) -> Bounds:
         """The overlap of both boxes; refuses shapes whose boxes do not meet."""
-        (low, high), (other_low, other_high) = self.first.bounds(), self.second.bounds()
-        lower, upper = tuple(map(max, low, other_low)), tuple(map(min, high, other_high))
-        if any(a > b for a, b in zip(lower, upper, strict=True)):
-            raise InputError("the intersection is empty", hint="shapes that overlap")
-        return lower, upper
+        return overlap(self.first.reach(distance), self.second.reach(distance))
 
 
 class Difference(_Pair):
@@ -156,9 +174,9 @@ class Difference(_Pair):
     def _distance(self, points: Array) -> Array:
         return np.maximum(self.first._distance(points), -self.second._distance(points))
 
-    def bounds(self) -> Bounds:
+    def reach(self, distance: float) -> Bounds:
         """The box of the first."""
-        return self.first.bounds()
+        return self.first.reach(distance)
 
 
 @dataclass(frozen=True)
@@ -184,6 +202,19 @@ class Moved(Shape):
         """That of the shape: motion keeps it."""
         return self.shape.volume
 
+    @property
+    def surface(self) -> float | None:
+        """That of the shape: motion keeps it."""
+        return self.shape.surface
+
+    def _moments(self) -> Moments | None:
+        known = self.shape._moments()
+        if known is None:
+            return None
+        volume, center, inertia = known
+        turned = rotation(self.angle) @ np.array(center) + self.shift
+        return volume, tuple(turned.tolist()), inertia
+
     def _distance(self, points: Array) -> Array:
         shift = np.asarray(self.shift, points.dtype).reshape(-1, *(1,) * (points.ndim - 1))
         turn = rotation(self.angle).T.astype(points.dtype)
@@ -191,7 +222,11 @@ class Moved(Shape):
 
     def bounds(self) -> Bounds:
         """The box around the turned and shifted box (not always the smallest)."""
-        corners = np.array(list(itertools.product(*zip(*self.shape.bounds(), strict=True))))
+        return self.reach(0.0)
+
+    def reach(self, distance: float) -> Bounds:
+        """The box around the turned and shifted box (not always the smallest)."""
+        corners = np.array(list(itertools.product(*zip(*self.shape.reach(distance), strict=True))))
         turned = corners @ rotation(self.angle).T + np.asarray(self.shift)
         return tuple(turned.min(axis=0).tolist()), tuple(turned.max(axis=0).tolist())
 
@@ -224,6 +259,24 @@ def box_around(center: Point, half: Point) -> Bounds:
     """Corners of the box with these half sides."""
     lower = tuple(c - a for c, a in zip(center, half, strict=True))
     return lower, tuple(c + a for c, a in zip(center, half, strict=True))
+
+
+def grown(bounds: Bounds, margin: float) -> Bounds:
+    """A box grown on all sides."""
+    return tuple(x - margin for x in bounds[0]), tuple(x + margin for x in bounds[1])
+
+
+def around(first: Bounds, second: Bounds) -> Bounds:
+    """The smallest box that holds both."""
+    return tuple(map(min, first[0], second[0])), tuple(map(max, first[1], second[1]))
+
+
+def overlap(first: Bounds, second: Bounds) -> Bounds:
+    """What two boxes share; refuses boxes that do not meet."""
+    lower, upper = tuple(map(max, first[0], second[0])), tuple(map(min, first[1], second[1]))
+    if any(a > b for a, b in zip(lower, upper, strict=True)):
+        raise InputError("the intersection is empty", hint="shapes that overlap")
+    return lower, upper
 
 
 def vector(name: str, given: Any, *counts: int) -> Point:
