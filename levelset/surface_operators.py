@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.closest import check_nodes
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.layout import layout, precision, split, wraps
@@ -106,17 +107,3 @@ def _field(name: str, field: Array, grid: Grid) -> Array:
             hint="values on the nodes of this grid; unset ones may be anything if nodes are given",
         )
     return np.ascontiguousarray(given, precision(given))
-
-
-def check_nodes(nodes: Nodes, grid: Grid) -> Nodes:
-    """The nodes as int64; refuses what is not ascending flat indices of the grid."""
-    given = np.asarray(nodes)
-    whole = given.ndim == 1 and np.issubdtype(given.dtype, np.integer)
-    ascending = whole and (len(given) < 2 or bool((np.diff(given) > 0).all()))
-    if not ascending or (len(given) and (given[0] < 0 or given[-1] >= grid.size)):
-        raise InputError(
-            f"nodes must be ascending flat indices below {grid.size}, got {given.dtype} "
-            f"{given.shape}",
-            hint="np.flatnonzero(np.abs(phi) < width)",
-        )
-    return given.astype(np.int64, copy=False)
