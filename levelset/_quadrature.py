@@ -1,0 +1,234 @@
+"""Compiled quadrature of a level set: cell by cell, over its inside and its contour."""
+
+# mypy: disable-error-code="no-untyped-def, no-untyped-call"
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from levelset import _bernstein, _heights
+from levelset._bernstein import LINE, MATRICES, WITHOUT_FIRST, WITHOUT_LAST, along
+from levelset._heights import AREA, PIECES, TERMS, cut
+from remesh.compiled import drop_stale
+
+drop_stale(__file__, _bernstein.__file__, _heights.__file__)
+
+KINK = 0.25  # a third difference so large beside the first ones is no longer smooth
+INNER = 0.1  # where the second differences at both ends of a cell compare so, the kink is in it
+
+
+@njit(cache=True, nogil=True)
+def four(i, n, wraps):
+    """The four nodes around cell i of an axis, and how far the cell is from the first."""
+    if n == 1:
+        return (0, 0, 0, 0), 0
+    if not wraps:
+        first = min(max(i - 1, 0), n - 4)
+        return (first, first + 1, first + 2, first + 3), i - first
+    return (i - 1 if i > 0 else n - 1, i, (i + 1) % n, (i + 2) % n), 1
+
+
+@njit(cache=True, nogil=True)
+def load(source, flat, shape, wraps, gaps, cell, nodal, ready, found):
+    """Values of ``source`` on the four nodes around a cell along each axis.
+
+    Those unset in ``flat`` go on from the others along parabolas; where that fails, the corners
+    alone. Returns the row of ``MATRICES`` for each axis.
+    """
+    rows, lead_i = four(cell[0], shape[0], wraps[0])
+    lines, lead_j = four(cell[1], shape[1], wraps[1])
+    places, lead_k = four(cell[2], shape[2], wraps[2])
+    deep = nodal.shape[2]
+    missing = 0
+    for a in range(4):
+        for b in range(4):
+            row = (rows[a] * shape[1] + lines[b]) * shape[2]
+            for c in range(deep):
+                node = row + places[c]
+                nodal[a, b, c] = source[node]
+                if gaps:
+                    ready[a, b, c] = flat[node] != 0.0
+                    missing += not ready[a, b, c]
+    if missing == 0 or mended(nodal, ready, found, missing):
+        return lead_i, lead_j, lead_k
+    for a in range(2):
+        for b in range(2):
+            row = (rows[lead_i + a] * shape[1] + lines[lead_j + b]) * shape[2]
+            for c in range(min(deep, 2)):
+                nodal[a, b, c] = source[row + places[lead_k + c]]
+    return LINE, LINE, LINE
+
+
+@njit(cache=True, nogil=True)
+def mended(nodal, ready, found, missing):
+    """Whether nodes at the ends of lines of four could be filled in, in place, from the others."""
+    deep = nodal.shape[2]
+    for _ in range(3):
+        count = 0
+        for a in range(4):
+            for b in range(4):
+                for c in range(deep):
+                    if ready[a, b, c]:
+                        continue
+                    total, ways = 0.0, 0
+                    if a == 0 or a == 3:
+                        line, ok = nodal[:, b, c], ready[:, b, c]
+                        total, more = ends(line, ok, a, total)
+                        ways += more
+                    if b == 0 or b == 3:
+                        line, ok = nodal[a, :, c], ready[a, :, c]
+                        total, more = ends(line, ok, b, total)
+                        ways += more
+                    if deep == 4 and (c == 0 or c == 3):
+                        line, ok = nodal[a, b, :], ready[a, b, :]
+                        total, more = ends(line, ok, c, total)
+                        ways += more
+                    if ways > 0:
+                        nodal[a, b, c] = total / ways
+                        found[count, 0], found[count, 1], found[count, 2] = a, b, c
+                        count += 1
+        for k in range(count):
+            ready[found[k, 0], found[k, 1], found[k, 2]] = True
+        missing -= count
+        if missing == 0 or count == 0:
+            break
+    return missing == 0
+
+
+@njit(cache=True, nogil=True)
+def ends(line, ready, place, total):
+    """Add the value at an end of a line by the parabola through its others, if these are known."""
+    one, two, three = (1, 2, 3) if place == 0 else (2, 1, 0)
+    if ready[one] and ready[two] and ready[three]:
+        return total + 3 * (line[one] - line[two]) + line[three], 1
+    return total, 0
+
+
+@njit(cache=True, nogil=True)
+def crossable(nodal, leads):
+    """Whether the contour may cross a cell: not if its corners are large and of one sign."""
+    if leads[0] == LINE:
+        return True
+    below, above, most, least = False, False, 0.0, np.inf
+    deep = nodal.shape[2]
+    for a in range(4):
+        for b in range(4):
+            core = 0 <= a - leads[0] <= 1 and 0 <= b - leads[1] <= 1
+            for c in range(deep):
+                this = nodal[a, b, c]
+                below |= this < 0
+                above |= this >= 0
+                most = max(most, abs(this))
+                if core and (deep == 1 or 0 <= c - leads[2] <= 1):
+                    least = min(least, abs(this))
+    return (below and above) or least < 0.4 * most
+
+
+@njit(cache=True, nogil=True)
+def kind(nodal, axis, leads):
+    """The row of ``MATRICES`` of an axis: a parabola on the smooth side where a kink is near."""
+    if leads[axis] != 1:
+        return leads[axis]
+    ahead, behind = (axis + 1) % 3, (axis + 2) % 3
+    most, third, low, high = 0.0, 0.0, 0.0, 0.0
+    for m in range(2 if nodal.shape[ahead] == 4 else 1):
+        for n in range(2 if nodal.shape[behind] == 4 else 1):
+            i = min(leads[ahead] + m, nodal.shape[ahead] - 1)
+            j = min(leads[behind] + n, nodal.shape[behind] - 1)
+            if axis == 0:
+                line = nodal[:, i, j]
+            elif axis == 1:
+                line = nodal[j, :, i]
+            else:
+                line = nodal[i, j, :]
+            one, two, three = line[1] - line[0], line[2] - line[1], line[3] - line[2]
+            most = max(most, abs(one), abs(two), abs(three))
+            third = max(third, abs(three - 2 * two + one))
+            low = max(low, abs(two - one))
+            high = max(high, abs(three - two))
+    if third <= KINK * most or min(low, high) > INNER * max(low, high):
+        return 1
+    return WITHOUT_LAST if low <= high else WITHOUT_FIRST
+
+
+@njit(cache=True, nogil=True)
+def coefficients(nodal, leads):
+    """From nodal values to Bernstein coefficients on the cell, in place."""
+    along(nodal, 0, MATRICES[leads[0]])
+    along(nodal, 1, MATRICES[leads[1]])
+    if nodal.shape[2] == 4:
+        along(nodal, 2, MATRICES[leads[2]])
+
+
+@njit(cache=True, nogil=True)
+def corners(flat, shape, wraps, gaps, cell):
+    """Of the corners of a cell: how many are below zero, how many are set; none past an edge."""
+    below, known = 0, 0
+    for axis in range(3):
+        if cell[axis] + 1 >= shape[axis] > 1 and not wraps[axis]:
+            return 0, 0
+    for a in range(2):
+        i = (cell[0] + a) % shape[0]
+        for b in range(2):
+            row = (i * shape[1] + (cell[1] + b) % shape[1]) * shape[2]
+            for c in range(2 if shape[2] > 1 else 1):
+                this = flat[row + (cell[2] + c) % shape[2]]
+                below += this < 0
+                known += this != 0.0 or not gaps
+    return below, known
+
+
+@njit(cache=True, nogil=True)
+def integrals(
+    first, pieces, step, size, nodes, flat, shape, wraps, gaps, surface, values, wanted, result
+):
+    """Per piece of nodes: the terms over the cells that begin at these nodes, in node units."""
+    deep = 4 if shape[2] > 1 else 1
+    stack = np.zeros((PIECES, 4, 4, deep))
+    boxes = np.zeros((PIECES, 4))
+    extra = np.zeros((4, 4, deep))
+    order = np.zeros((4, 4, 4))
+    scratch = np.zeros((12, 16))
+    ready = np.ones((4, 4, deep), np.bool_)
+    found = np.zeros((64, 3), np.int64)
+    terms = np.zeros(TERMS)
+    cell = np.zeros(3, np.int64)
+    total = len(nodes) if gaps else flat.size
+    full = 4 if deep == 1 else 8
+    for piece in range(first, pieces, step):
+        for n in range(piece * size, min((piece + 1) * size, total)):
+            node = nodes[n] if gaps else n
+            cell[2] = node % shape[2]
+            cell[1] = node // shape[2] % shape[1]
+            cell[0] = node // (shape[1] * shape[2])
+            below, known = corners(flat, shape, wraps, gaps, cell)
+            if known == 0:
+                continue
+            terms[:] = 0.0
+            if known < full:
+                terms[0] = below / known
+                terms[1:4] = 0.5 * terms[0]
+                terms[4] = 0.0
+            else:
+                leads = load(flat, flat, shape, wraps, gaps, cell, stack[0], ready, found)
+                crossed = crossable(stack[0], leads)
+                if wanted and (crossed or below > 0):
+                    own = load(values, flat, shape, wraps, gaps, cell, extra, ready, found)
+                    coefficients(extra, own)
+                if crossed:
+                    kinds = (kind(stack[0], 0, leads), kind(stack[0], 1, leads), leads[2])
+                    if deep == 4:
+                        kinds = (kinds[0], kinds[1], kind(stack[0], 2, leads))
+                    coefficients(stack[0], kinds)
+                    cut(stack, boxes, surface, extra, wanted, scratch, order, terms)
+                elif below == 0:
+                    continue
+                else:
+                    terms[0] = 1.0
+                    terms[1:4] = 0.5
+                    terms[4] = extra.mean() if wanted else 0.0
+            for at in (0, AREA):
+                result[piece, at] += terms[at]
+                result[piece, at + 4] += terms[at + 4]
+                for axis in range(3):
+                    result[piece, at + 1 + axis] += cell[axis] * terms[at] + terms[at + 1 + axis]
