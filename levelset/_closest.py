@@ -72,7 +72,7 @@ def differs(flat, node, inside, gaps):
 
 
 @njit(cache=True, nogil=True)
-def land_first(first, pieces, step, rows, flat, shape, wraps, gaps, nodes, feet, away):
+def land_first(first, pieces, step, rows, flat, kinds, shape, wraps, gaps, nodes, feet, away):
     """The feet of nodes that have neighbours of the other sign, from the nearest crossing."""
     _, nm, nc = shape
     strides = (nc * nm, nc, 1)
@@ -97,7 +97,7 @@ def land_first(first, pieces, step, rows, flat, shape, wraps, gaps, nodes, feet,
                         c = side * root if axis == 2 else 0.0
             x, y, z = float(place[0]), float(place[1]), float(place[2])
             feet[n, 0], feet[n, 1], feet[n, 2], away[n] = foot(
-                flat, shape, wraps, gaps, x, y, z, a, b, c
+                flat, kinds, shape, wraps, gaps, x, y, z, a, b, c
             )
 
 
@@ -167,7 +167,7 @@ def nearest_known(shape, wraps, slot, feet, last, node, nearest):
 
 @njit(cache=True, nogil=True)
 def land_ring(
-    first, pieces, step, rows, flat, shape, wraps, gaps, slot, nodes, feet, away, start, stop
+    first, pieces, step, rows, flat, kinds, shape, wraps, gaps, slot, nodes, feet, away, start, stop
 ):  # fmt: skip
     """The feet of the ring ``start:stop``, from those of neighbours in the rings before."""
     _, nm, nc = shape
@@ -178,13 +178,14 @@ def land_ring(
             a, b, c, _ = nearest_known(shape, wraps, slot, feet, start, node, math.inf)
             x, y, z = float(node // (nc * nm)), float((node // nc) % nm), float(node % nc)
             feet[n, 0], feet[n, 1], feet[n, 2], away[n] = foot(
-                flat, shape, wraps, gaps, x, y, z, a, b, c
+                flat, kinds, shape, wraps, gaps, x, y, z, a, b, c
             )
 
 
 @njit(cache=True, nogil=True)
 def improve(
-    first, pieces, step, rows, flat, shape, wraps, gaps, slot, nodes, feet, away, asked, fresh,
+    first, pieces, step, rows, flat, kinds, shape, wraps, gaps, slot, nodes, feet, away, asked,
+    fresh,
 ):  # fmt: skip
     """Where a neighbour knows a nearer foot, a new one: ``fresh`` (n, 4), its length or infinity.
 
@@ -202,9 +203,9 @@ def improve(
             a, b, c, nearer = nearest_known(shape, wraps, slot, feet, len(nodes), node, limit)
             if nearer:
                 x, y, z = float(node // (nc * nm)), float((node // nc) % nm), float(node % nc)
-                fresh[q, 0], fresh[q, 1], fresh[q, 2], fresh[q, 3] = foot(
-                    flat, shape, wraps, gaps, x, y, z, a, b, c
-                )
+                a, b, c, near = foot(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c)
+                if near < limit:
+                    fresh[q, 0], fresh[q, 1], fresh[q, 2], fresh[q, 3] = a, b, c, near
 
 
 @njit(cache=True, nogil=True)

@@ -12,18 +12,30 @@ import math
 from numba import njit
 
 from levelset import _interpolant
-from levelset._interpolant import four, gradient2, gradient3, hessian2, hessian3, slopes, weights
+from levelset._interpolant import (
+    four,
+    gradient2,
+    gradient3,
+    hessian2,
+    hessian3,
+    kind_of,
+    slopes,
+    two,
+    weights,
+)
 from remesh.compiled import drop_stale
 
 drop_stale(__file__, _interpolant.__file__)
 
 CLOSE = 1e-4  # a Newton step so short is the last: what is left is its square
-NEWTON, SLIDES, LANDINGS = 8, 40, 6  # most steps of each search
+STILL = 1e-3  # a slide so short is the last
+NEWTON, SLIDES, LANDINGS = 8, 20, 6  # most steps of each search
+SAME, JUMP = 1e-6, 0.1  # a foot may be farther than the start by so much; so at kinks' cells
 BEYOND = 8.0  # a contour goes on straight beyond an unbounded edge, so far
 
 
 @njit(cache=True, nogil=True)
-def probe(flat, shape, wraps, gaps, x, y, z):
+def probe(flat, kinds, shape, wraps, gaps, x, y, z):
     """Value and gradient of the interpolant; NaN where nothing is known."""
     if (
         not (abs(x - 0.5 * shape[0]) < 0.5 * shape[0] + BEYOND)
@@ -32,22 +44,22 @@ def probe(flat, shape, wraps, gaps, x, y, z):
     ):
         return math.nan, math.nan, math.nan, math.nan
     if shape[1] > 1:
-        return gradient3(flat, shape, wraps, gaps, x, y, z)
-    p, px, pz = gradient2(flat, (shape[0], shape[2]), (wraps[0], wraps[2]), gaps, x, z)
+        return gradient3(flat, shape, wraps, gaps, x, y, z, kinds)
+    p, px, pz = gradient2(flat, (shape[0], shape[2]), (wraps[0], wraps[2]), gaps, x, z, kinds)
     return p, px, 0.0, pz
 
 
 @njit(cache=True, nogil=True)
-def bend(flat, shape, wraps, gaps, x, y, z):
+def bend(flat, kinds, shape, wraps, gaps, x, y, z):
     """Second derivatives xx, yy, zz, xy, xz, yz."""
     if shape[1] > 1:
-        return hessian3(flat, shape, wraps, gaps, x, y, z)
-    xx, xz, zz = hessian2(flat, (shape[0], shape[2]), (wraps[0], wraps[2]), gaps, x, z)
+        return hessian3(flat, shape, wraps, gaps, x, y, z, kinds)
+    xx, xz, zz = hessian2(flat, (shape[0], shape[2]), (wraps[0], wraps[2]), gaps, x, z, kinds)
     return xx, 0.0, zz, 0.0, xz, 0.0
 
 
 @njit(cache=True, nogil=True)
-def foot(flat, shape, wraps, gaps, x, y, z, a, b, c):
+def foot(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
     """Offset of the nearest contour point to a node, searched from the contour point at (a, b, c).
 
     Newton on p = 0 and (node - foot) along grad p, both at once; never farther than the start.
@@ -56,7 +68,7 @@ def foot(flat, shape, wraps, gaps, x, y, z, a, b, c):
     u, v, w = a, b, c
     xx = yy = zz = xy = xz = yz = 0.0
     for turn in range(NEWTON):
-        p, px, py, pz = probe(flat, shape, wraps, gaps, x + u, y + v, z + w)
+        p, px, py, pz = probe(flat, kinds, shape, wraps, gaps, x + u, y + v, z + w)
         square = px * px + py * py + pz * pz
         if not square > 0.0:
             break
@@ -68,7 +80,7 @@ def foot(flat, shape, wraps, gaps, x, y, z, a, b, c):
         aside = tx * tx + ty * ty + tz * tz
         if aside > CLOSE * CLOSE:
             if turn % 2 == 0:
-                xx, yy, zz, xy, xz, yz = bend(flat, shape, wraps, gaps, x + u, y + v, z + w)
+                xx, yy, zz, xy, xz, yz = bend(flat, kinds, shape, wraps, gaps, x + u, y + v, z + w)
             k = (height + off) / length
             hx = xx * nx + xy * ny + xz * nz
             hy = xy * nx + yy * ny + yz * nz
@@ -99,19 +111,36 @@ def foot(flat, shape, wraps, gaps, x, y, z, a, b, c):
         u, v, w = u + tx, v + ty, w + tz
         if size < CLOSE:
             away = math.sqrt(u * u + v * v + w * w)
-            if away <= most + 1e-6:
+            if away <= most + SAME:
+                return u, v, w, away
+            if away <= most + JUMP and (
+                kinked(kinds, shape, wraps, x + a, y + b, z + c)
+                or kinked(kinds, shape, wraps, x + u, y + v, z + w)
+            ):
                 return u, v, w, away
             break
-    return slide(flat, shape, wraps, gaps, x, y, z, a, b, c)
+    return slide(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c)
 
 
 @njit(cache=True, nogil=True)
-def slide(flat, shape, wraps, gaps, x, y, z, a, b, c):
+def kinked(kinds, shape, wraps, x, y, z):
+    """Whether the cell around a point is beside a kink, where contours of cells do not join."""
+    a, _, _ = two(x, shape[0], wraps[0])
+    b = two(y, shape[1], wraps[1])[0] if shape[1] > 1 else 0
+    c, _, _ = two(z, shape[2], wraps[2])
+    return (kinds[(a * shape[1] + b) * shape[2] + c] & 63) != 0
+
+
+@njit(cache=True, nogil=True)
+def slide(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
     """The same by steps along the contour that shorten the distance: slow, but it cannot fail."""
+    u, v, w, found = land(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c)
+    if found:
+        a, b, c = u, v, w
     nearest = math.sqrt(a * a + b * b + c * c)
     share = 1.0
     for _ in range(SLIDES):
-        _, px, py, pz = probe(flat, shape, wraps, gaps, x + a, y + b, z + c)
+        _, px, py, pz = probe(flat, kinds, shape, wraps, gaps, x + a, y + b, z + c)
         square = px * px + py * py + pz * pz
         if not square > 0.0:
             break
@@ -119,26 +148,26 @@ def slide(flat, shape, wraps, gaps, x, y, z, a, b, c):
         tx, ty, tz = -a - height * px, -b - height * py, -c - height * pz
         size = math.sqrt(tx * tx + ty * ty + tz * tz)
         part = min(share, 0.5 / max(size, 1e-12))
-        if part * size < 0.01 * CLOSE:
+        if part * size < STILL:
             break
         u, v, w, found = land(
-            flat, shape, wraps, gaps, x, y, z, a + part * tx, b + part * ty, c + part * tz
+            flat, kinds, shape, wraps, gaps, x, y, z, a + part * tx, b + part * ty, c + part * tz
         )
         away = math.sqrt(u * u + v * v + w * w)
         if found and away < nearest:
             a, b, c, nearest = u, v, w, away
             share = min(2.0 * part, 1.0)
         else:
-            share = 0.5 * part
+            share = 0.25 * part
     return a, b, c, nearest
 
 
 @njit(cache=True, nogil=True)
-def land(flat, shape, wraps, gaps, x, y, z, a, b, c):
+def land(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
     """From an offset along the gradient to the contour, at most half a spacing; and whether."""
     u, v, w = a, b, c
     for _ in range(LANDINGS):
-        p, px, py, pz = probe(flat, shape, wraps, gaps, x + u, y + v, z + w)
+        p, px, py, pz = probe(flat, kinds, shape, wraps, gaps, x + u, y + v, z + w)
         square = px * px + py * py + pz * pz
         if not square > 0.0:
             return a, b, c, False
@@ -165,10 +194,15 @@ def crossing(flat, stride, base, i, n, wraps, gaps, forward):
     second = b if u < -0.5 else (c if u < 0.5 else d)
     low, high = float(flat[base + stride * first]), float(flat[base + stride * second])
     root = low / (low - high)
+    kind = 0
+    if first == b:
+        turn_low, turn_high = fa - 2.0 * fb + fc, fb - 2.0 * fc + fd
+        largest = max(abs(fb - fa), abs(fc - fb), abs(fd - fc))
+        kind = kind_of(largest, abs(turn_high - turn_low), abs(turn_low), abs(turn_high))
     if not (gaps and (fa == 0.0 or fb == 0.0 or fc == 0.0 or fd == 0.0)):
         left, right = 0.0, 1.0
         for _ in range(40):
-            w, s = weights(u + root), slopes(u + root)
+            w, s = weights(u + root, kind), slopes(u + root, kind)
             value = w[0] * fa + w[1] * fb + w[2] * fc + w[3] * fd
             slope = s[0] * fa + s[1] * fb + s[2] * fc + s[3] * fd
             if (value < 0.0) == (low < 0.0):

@@ -7,6 +7,11 @@ nodes lean inward, and beyond the edge the interpolant goes on straight. ``flat`
 C order; points are in node units, node i at i. With ``gaps`` a value of exactly zero is a node that
 is unset (`TINY` stands for a known zero): where the four nodes are not all set the cell is
 multilinear, and where its own corners are not, every value is NaN.
+
+A cubic through a kink overshoots. ``kinds``, one number per cell or None, says where `kind_of`
+found a kink beside a cell: along that axis it takes the parabola on the other side instead. Two
+bits per axis (`KIND_X`, ...): 0 the cubic, 1 the parabola of nodes -1, 0, 1, 2 that of 0, 1, 2.
+There the interpolant of a cell does not quite join those of its neighbours.
 """
 
 # mypy: disable-error-code="no-untyped-def, no-untyped-call"
@@ -17,6 +22,8 @@ import math
 from numba import njit
 
 TINY = 1e-30  # a known zero among values where zero says unset
+KIND_X, KIND_Y, KIND_Z = 0, 2, 4  # where the bits of each axis begin; in the plane x and z
+KINK = 0.25  # a third difference so large beside the first ones is no longer smooth
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -47,15 +54,23 @@ def two(x, n, wraps):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def weights(u):
-    """Of the cubic through the nodes -1, 0, 1, 2, at u."""
+def weights(u, kind=0):
+    """Of the cubic through the nodes -1, 0, 1, 2, at u; of a parabola through three of them."""
     a, b, c = u + 1.0, u - 1.0, u - 2.0
+    if kind == 1:
+        return 0.5 * u * b, -a * b, 0.5 * a * u, 0.0
+    if kind == 2:
+        return 0.0, 0.5 * b * c, -u * c, 0.5 * u * b
     return -u * b * c / 6.0, a * b * c / 2.0, -a * u * c / 2.0, a * u * b / 6.0
 
 
 @njit(cache=True, nogil=True, inline="always")
-def slopes(u):
+def slopes(u, kind=0):
     """Derivatives of the weights."""
+    if kind == 1:
+        return u - 0.5, -2.0 * u, u + 0.5, 0.0
+    if kind == 2:
+        return 0.0, u - 1.5, 2.0 - 2.0 * u, u - 0.5
     square = u * u
     return (
         (-3.0 * square + 6.0 * u - 2.0) / 6.0,
@@ -66,18 +81,42 @@ def slopes(u):
 
 
 @njit(cache=True, nogil=True, inline="always")
-def bends(u):
+def bends(u, kind=0):
     """Second derivatives of the weights."""
+    if kind == 1:
+        return 1.0, -2.0, 1.0, 0.0
+    if kind == 2:
+        return 0.0, 1.0, -2.0, 1.0
     return 1.0 - u, 3.0 * u - 2.0, 1.0 - 3.0 * u, u
 
 
+@njit(cache=True, nogil=True, inline="always")
+def kind_of(first, ahead, turn_low, turn_high):
+    """Kind of a cell: from the largest first difference and the second ones at its two ends."""
+    if ahead <= KINK * first:
+        return 0
+    return 1 if turn_low <= turn_high else 2
+
+
+@njit(cache=True, nogil=True, inline="always")
+def kind_at(kinds, cell, shift, u):
+    """What ``kinds`` says of a cell and axis; the cubic where four nodes lean inward."""
+    if 0.0 <= u <= 1.0:
+        return (kinds[cell] >> shift) & 3
+    return 0
+
+
 @njit(cache=True, nogil=True)
-def gradient2(flat, shape, wraps, gaps, x, y):
+def gradient2(flat, shape, wraps, gaps, x, y, kinds=None):
     """Value and gradient per node spacing at a point of the plane."""
     a0, a1, a2, a3, u, over_x = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, over_y = four(y, shape[1], wraps[1])
-    wu, du = weights(u), slopes(u)
-    wv, dv = weights(v), slopes(v)
+    ku = kv = 0
+    if kinds is not None:
+        cell = a1 * shape[1] + b1
+        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Z, v)
+    wu, du = weights(u, ku), slopes(u, ku)
+    wv, dv = weights(v, kv), slopes(v, kv)
     p, px, py = 0.0, 0.0, 0.0
     rows = (a0, a1, a2, a3)
     for i in range(4):
@@ -108,12 +147,16 @@ def linear2(flat, shape, wraps, x, y):
 
 
 @njit(cache=True, nogil=True)
-def hessian2(flat, shape, wraps, gaps, x, y):
+def hessian2(flat, shape, wraps, gaps, x, y, kinds=None):
     """Second derivatives xx, xy, yy per squared node spacing; zero where the cell is bilinear."""
     a0, a1, a2, a3, u, _ = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, _ = four(y, shape[1], wraps[1])
-    wu, du, cu = weights(u), slopes(u), bends(u)
-    wv, dv, cv = weights(v), slopes(v), bends(v)
+    ku = kv = 0
+    if kinds is not None:
+        cell = a1 * shape[1] + b1
+        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Z, v)
+    wu, du, cu = weights(u, ku), slopes(u, ku), bends(u, ku)
+    wv, dv, cv = weights(v, kv), slopes(v, kv), bends(v, kv)
     xx, xy, yy = 0.0, 0.0, 0.0
     rows = (a0, a1, a2, a3)
     for i in range(4):
@@ -128,14 +171,19 @@ def hessian2(flat, shape, wraps, gaps, x, y):
 
 
 @njit(cache=True, nogil=True)
-def gradient3(flat, shape, wraps, gaps, x, y, z):
+def gradient3(flat, shape, wraps, gaps, x, y, z, kinds=None):
     """Value and gradient per node spacing at a point of space."""
     a0, a1, a2, a3, u, over_x = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, over_y = four(y, shape[1], wraps[1])
     c0, c1, c2, c3, w, over_z = four(z, shape[2], wraps[2])
-    wu, du = weights(u), slopes(u)
-    wv, dv = weights(v), slopes(v)
-    ww, dw = weights(w), slopes(w)
+    ku = kv = kw = 0
+    if kinds is not None:
+        cell = (a1 * shape[1] + b1) * shape[2] + c1
+        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Y, v)
+        kw = kind_at(kinds, cell, KIND_Z, w)
+    wu, du = weights(u, ku), slopes(u, ku)
+    wv, dv = weights(v, kv), slopes(v, kv)
+    ww, dw = weights(w, kw), slopes(w, kw)
     p, px, py, pz = 0.0, 0.0, 0.0, 0.0
     planes, rows = (a0, a1, a2, a3), (b0, b1, b2, b3)
     for i in range(4):
@@ -180,14 +228,19 @@ def linear3(flat, shape, wraps, x, y, z):
 
 
 @njit(cache=True, nogil=True)
-def hessian3(flat, shape, wraps, gaps, x, y, z):
+def hessian3(flat, shape, wraps, gaps, x, y, z, kinds=None):
     """Second derivatives xx, yy, zz, xy, xz, yz; zero where the cell is trilinear."""
     a0, a1, a2, a3, u, _ = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, _ = four(y, shape[1], wraps[1])
     c0, c1, c2, c3, w, _ = four(z, shape[2], wraps[2])
-    wu, du, cu = weights(u), slopes(u), bends(u)
-    wv, dv, cv = weights(v), slopes(v), bends(v)
-    ww, dw, cw = weights(w), slopes(w), bends(w)
+    ku = kv = kw = 0
+    if kinds is not None:
+        cell = (a1 * shape[1] + b1) * shape[2] + c1
+        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Y, v)
+        kw = kind_at(kinds, cell, KIND_Z, w)
+    wu, du, cu = weights(u, ku), slopes(u, ku), bends(u, ku)
+    wv, dv, cv = weights(v, kv), slopes(v, kv), bends(v, kv)
+    ww, dw, cw = weights(w, kw), slopes(w, kw), bends(w, kw)
     xx, yy, zz, xy, xz, yz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     planes, rows = (a0, a1, a2, a3), (b0, b1, b2, b3)
     for i in range(4):

@@ -79,7 +79,7 @@ class Front:
 
     def _start(self, known: Nodes) -> None:
         """The nodes that have neighbours of the other sign."""
-        from levelset import _closest
+        from levelset import _closest, _kinks
 
         count = len(known) if self.gaps else self.grid.size
         rows, pieces = pieces_of(count)
@@ -103,10 +103,15 @@ class Front:
         self._inside = self.flat[first] < 0
         self.slot = np.zeros(self.grid.size, np.int32)
         self.slot[first] = np.arange(1, self.count + 1, dtype=np.int32)
+        self.kinds = np.zeros(self.grid.size, np.uint8)
         rows, pieces = pieces_of(self.count)
         share(
-            _closest.land_first, pieces, self.threads, rows, self.flat, self.shape, self.wraps,
-            self.gaps, first, self._feet, self._away,
+            _kinks.find_kinks, pieces, self.threads, rows, self.flat, self.shape, self.wraps,
+            self.gaps, first, self.kinds,
+        )  # fmt: skip
+        share(
+            _closest.land_first, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
+            self.wraps, self.gaps, first, self._feet, self._away,
         )  # fmt: skip
 
     def run(self, width: float | None, *, confined: bool = False) -> None:
@@ -129,8 +134,8 @@ class Front:
         )  # fmt: skip
         rows, pieces = pieces_of(self.count - stop)
         share(
-            _closest.land_ring, pieces, self.threads, rows, self.flat, self.shape, self.wraps,
-            self.gaps, self.slot, self._nodes, self._feet, self._away, stop, self.count,
+            _closest.land_ring, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
+            self.wraps, self.gaps, self.slot, self._nodes, self._feet, self._away, stop, self.count,
         )  # fmt: skip
         return self.count
 
@@ -145,8 +150,8 @@ class Front:
             fresh = np.empty((len(asked), 4))
             rows, pieces = pieces_of(len(asked))
             share(
-                _closest.improve, pieces, self.threads, rows, self.flat, self.shape, self.wraps,
-                self.gaps, self.slot, nodes, feet, away, asked, fresh,
+                _closest.improve, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
+                self.wraps, self.gaps, self.slot, nodes, feet, away, asked, fresh,
             )  # fmt: skip
             asked = _closest.accept(
                 self.shape, self.wraps, self.slot, nodes, feet, away, asked, fresh, marks
