@@ -90,7 +90,7 @@ class Front:
             known, self.gaps, found, counts,
         )  # fmt: skip
         parts = [found[k * rows : k * rows + counts[k]] for k in range(pieces)]
-        first = np.concatenate(parts)
+        first = np.concatenate([found[:0], *parts])
         if not len(first):
             raise InputError(
                 "phi has no interface: it is of one sign",

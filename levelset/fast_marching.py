@@ -19,9 +19,10 @@ def fast_marching(phi: Array, grid: Grid, *, width: float | None = None, order: 
     """The signed distance [L] to the contour phi = 0 by fast marching, on all nodes.
 
     ``phi`` has ``grid.shape``; with ``width`` [L] distances are +-width beyond it. ``order`` 1 or
-    2 is that of the upwind differences; the start at the contour's nodes takes it as straight along
-    each mesh line, which leaves an error of order 2 in h next to it. Cost O(n log n) in the nodes
-    reached. Refuses a phi of one sign or not finite, and asks for scikit-fmm where it is missing.
+    2 is that of the upwind differences; but nodes next to the contour start from where it crosses
+    straight lines between nodes, and keep an error of a tenth of a spacing or more. Cost
+    O(n log n) in the nodes reached. Refuses a phi of one sign or not finite, and asks for
+    scikit-fmm where it is missing.
     Source: J. A. Sethian, Proc. Natl. Acad. Sci. 93 (1996) 1591; library scikit-fmm.
     """
     values = check_level_set(np.asarray(phi), grid)
