@@ -34,6 +34,10 @@ def closed(vertices: ArrayLike, faces: ArrayLike) -> tuple[Values, Indices, Indi
         triangles, ids, six = triangles[:, ::-1].copy(), ids[:, ::-1].copy(), -six
         corners = corners[:, ::-1]
     _refuse_turned_parts(corners, np.bincount(shells, six), shells)
+    if abs(six.sum()) <= 1e-14 * np.abs(six).sum():
+        raise InputError(
+            f"TriangleMesh: its {len(six)} triangles enclose no volume", hint="a solid's surface"
+        )
     return places, triangles, ids
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from levelset.contour import contour
 from levelset.naca import Naca
 from levelset.polygon import Polygon
-from levelset.shape import Moved, Point, Shape, rotation
+from levelset.shape import Array, Moved, Point, Shape, rotation
 from remesh.errors import InputError
 
 Values = NDArray[np.float64]
@@ -34,7 +34,8 @@ def measure(shape: Shape) -> Measure:
     """The moments of a shape: exact for all plain shapes and triangle meshes, and those moved.
 
     Others in the plane: from the zero contour, of order 2, about 1e-6 relative for a smooth
-    shape; in space: from the distance on 96 cells along the longest side, of order 2, about 1e-3.
+    shape. In space: from the distance on 96 cells along the longest side, about 1e-6 for a smooth
+    shape that is many cells thick; order 2, about 1e-4, with edges.
     Refuses a shape without inside.
     """
     found = _known(shape)
@@ -76,17 +77,31 @@ def _of_rings(rings: list[Values]) -> Measure:
 
 
 def _of_cells(shape: Shape) -> Measure:
-    """The moments of the cells' shares, a ramp of the distance one cell wide."""
+    """The moments of the cells' shares, told by the distance over two cells to each side.
+
+    The edge so smeared keeps the moments 0 to 2 across it: flat and smooth edges lose nothing of
+    order 2, only corners do.
+    """
     low, high = (np.array(corner) for corner in shape.bounds())
     step = float((high - low).max()) / CUBES
-    counts = np.ceil((high - low) / step).astype(int) + 2
+    counts = np.ceil((high - low) / step).astype(int) + 6
     middle = 0.5 * (low + high)
     axes = [step * (np.arange(n) - 0.5 * (n - 1)) for n in counts]
     points = np.stack(np.meshgrid(*axes, indexing="ij"))
     column = middle.reshape(-1, *(1,) * shape.ndim)
-    share = np.clip(0.5 - shape.distance(points + column) / step, 0.0, 1.0) * step**shape.ndim
+    share = _share(shape.distance(points + column) / step) * step**shape.ndim
     first = (points * share).reshape(shape.ndim, -1).sum(axis=1)
     return _measured(float(share.sum()), first, float((points**2 * share).sum()), middle)
+
+
+def _share(away: Array) -> Values:
+    """How much of a cell is inside, from its distance in cells: M4' summed from there on."""
+    x = np.abs(away)
+    near, far = np.minimum(x, 1.0), np.clip(x, 1.0, 2.0)
+    inner = near - 5.0 / 6.0 * near**3 + 0.375 * near**4
+    outer = 2.0 * far - 2.0 * far**2 + 5.0 / 6.0 * far**3 - 0.125 * far**4
+    covered = inner + outer - 17.0 / 24.0  # from 0 to x; the last is what outer is at 1
+    return np.asarray(0.5 - np.sign(away) * covered, np.float64)
 
 
 def _measured(volume: float, first: Values, second: float, middle: Values) -> Measure:

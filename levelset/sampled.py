@@ -13,7 +13,6 @@ from levelset.shape import Array, Bounds, Shape
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
-from remesh.transfer import m2p
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +97,8 @@ class Sampled(Shape):
         return values, grid
 
     def _distance(self, points: Array) -> Array:
+        from remesh.transfer import m2p
+
         start = np.array(self.grid.origin)
         last = start + self.grid.spacing * (np.array(self.grid.shape) - 1)
         places = points.reshape(self.ndim, -1).T.astype(np.float64)

@@ -207,14 +207,6 @@ class Moved(Shape):
         """That of the shape: motion keeps it."""
         return self.shape.surface
 
-    def _moments(self) -> Moments | None:
-        known = self.shape._moments()
-        if known is None:
-            return None
-        volume, center, inertia = known
-        turned = rotation(self.angle) @ np.array(center) + self.shift
-        return volume, tuple(turned.tolist()), inertia
-
     def _distance(self, points: Array) -> Array:
         shift = np.asarray(self.shift, points.dtype).reshape(-1, *(1,) * (points.ndim - 1))
         turn = rotation(self.angle).T.astype(points.dtype)

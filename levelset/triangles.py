@@ -114,8 +114,8 @@ class TriangleMesh(Shape):
         squares = sum(
             (p * q).sum(axis=1) for p, q in ((a, a), (b, b), (c, c), (a, b), (b, c), (c, a))
         )
-        inertia = float(six @ squares) / 60 - volume * float(arm @ arm)
-        return float(volume), tuple((middle + arm).tolist()), inertia
+        inertia = six @ squares / 60 - volume * (arm @ arm)
+        return float(volume), tuple((middle + arm).tolist()), float(inertia)
 
     @cached_property
     def _tree(self) -> _Tree:
