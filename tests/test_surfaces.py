@@ -26,6 +26,12 @@ class Triangles(NamedTuple):
     faces: NDArray[np.int64]
 
 
+class WithNormals(NamedTuple):
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    normals: NDArray[np.float64]
+
+
 def ball(x: float = 0.0, y: float = 0.0, z: float = 0.0, radius: float = 0.5) -> tuple[Any, Grid]:
     points = GRID.points() - np.array([x, y, z])[:, None, None, None]
     return np.sqrt((points**2).sum(axis=0)) - radius, GRID
@@ -90,6 +96,27 @@ def test_hollows_are_darker_than_open_faces() -> None:
     hole = np.maximum(np.hypot(x, z) - 0.25, y - 0.3)
     image = render((np.maximum(block, -hole), GRID), view=(-90.0, 0.1), **SMALL).astype(float)
     assert image[60, 80].mean() < 0.95 * image[60, 55].mean()
+
+
+@needs_opengl
+@pytest.mark.parametrize("cells", [1.1, 1.6, 2.5])
+def test_a_sheet_of_a_cell_or_two_has_no_dark_patches(cells: float) -> None:
+    """Differences of phi reach across it: normals of the gradient alone turn there at random."""
+    across = GRID.points()[2] + 0.11 * np.sin(3 * GRID.points()[0])
+    sheet = np.abs(across) - 0.5 * cells * GRID.spacing, GRID
+    image = render(sheet, bounds=ROOM, view=(-90.0, 80.0), **SMALL).astype(float).mean(axis=-1)
+    inner = image[40:80, 55:105]
+    assert inner.min() > 0.65 * np.median(inner)
+
+
+@needs_opengl
+def test_normals_that_point_inward_do_not_turn_the_light_off() -> None:
+    import pyvista
+
+    mesh = pyvista.Icosphere(radius=0.5, nsub=4)
+    inward = WithNormals(mesh.points, mesh.regular_faces, -mesh.points / 0.5)
+    one = render(inward, bounds=ROOM, **SMALL).astype(float)
+    assert np.abs(one - render(ball(), bounds=ROOM, **SMALL)).mean() < 2.0
 
 
 @needs_opengl

@@ -12,6 +12,7 @@ from remesh.errors import InputError
 from remesh.grid import Grid
 
 Array = NDArray[np.floating[Any]]
+DIFFER, AGREE = 0.8, 0.95  # cosines between two normals of one point
 STEEL, COPPER, SAGE, PLUM = "#5b9bd5", "#d98850", "#7fb89a", "#9b7fc0"
 
 
@@ -67,7 +68,7 @@ def mesh_of(layer: Layer) -> Any:
         mesh = mesh.compute_normals(cell_normals=False, split_vertices=False)
     else:
         mesh.point_data["Normals"] = np.asarray(normals, np.float64)
-        mesh.point_data.active_normals_name = "Normals"
+        _mend_normals(mesh)
     if layer.values is not None:
         values = np.asarray(layer.values)
         if values.shape != (len(vertices),):
@@ -101,4 +102,21 @@ def _contour(phi: Array, grid: Grid, values: Array | None) -> Any:
     mesh = image.contour([0.0], scalars="phi", method="contour", compute_normals=True)
     if not mesh.n_cells:
         raise InputError("the level set has no zero contour", hint="a phi of both signs")
+    _mend_normals(mesh)
     return mesh
+
+
+def _mend_normals(mesh: Any) -> None:
+    """Go over to the triangles' normals where those of the gradient differ from them.
+
+    So they do in sheets of a cell or two, which differences reach across; elsewhere they are
+    smoother.
+    """
+    options = {"cell_normals": False, "split_vertices": False, "consistent_normals": False}
+    smooth = np.array(mesh.point_data.pop("Normals"))  # VTK would pass them on as they are
+    flat = mesh.compute_normals(**options).point_data["Normals"]
+    cosine = (flat * smooth).sum(axis=1, keepdims=True)
+    trust = np.clip((cosine - DIFFER) / (AGREE - DIFFER), 0.0, 1.0)
+    both = flat + trust * (smooth - flat)
+    mesh.point_data["Normals"] = both / np.linalg.norm(both, axis=1, keepdims=True)
+    mesh.point_data.active_normals_name = "Normals"

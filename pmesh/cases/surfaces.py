@@ -42,7 +42,7 @@ DROP = 0.03  # of the diagonal, from what is shown down to its shadow
 # Lights seen from the camera (right, up, towards it), colour and strength: key, fill, two rims.
 LIGHTS = (
     ((-0.75, 0.9, 0.8), "#fff6ea", 0.74),
-    ((0.9, 0.1, 0.7), "#e6efff", 0.34),
+    ((0.9, 0.1, 0.7), "#e6efff", 0.42),
     ((0.2, 0.8, -1.0), "#ffffff", 0.30),
     ((-0.9, -0.2, -0.6), "#dfe8ff", 0.18),
 )
@@ -136,7 +136,7 @@ def _add(plotter: Any, layer: Layer, mesh: Any) -> None:
         smooth_shading=False,  # the normals are there
         interpolation="phong",
         opacity=layer.opacity,
-        ambient=0.34,
+        ambient=0.40,
         diffuse=0.8,
         specular=0.16,
         specular_power=28.0,
