@@ -22,7 +22,7 @@ drop_stale(__file__, _foot.__file__, _interpolant.__file__)
 NEARER = 1e-6  # node spacings; feet that are nearer by less are the same
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def beside(index, step, size, wraps):
     """The next node along an axis; -1 beyond an unbounded edge."""
     other = index + step
@@ -64,7 +64,7 @@ def crossed(first, pieces, step, rows, flat, shape, wraps, nodes, gaps, found, c
         counts[piece] = count
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def differs(flat, node, inside, gaps):
     """Whether a node is known and on the other side."""
     value = flat[node]

@@ -27,7 +27,8 @@ from remesh.compiled import drop_stale
 
 drop_stale(__file__, _interpolant.__file__)
 
-CLOSE = 1e-4  # a Newton step so short is the last: what is left is its square
+CLOSE = 3e-4  # a Newton step so short is the last: what is left is of its square
+LANDED = 1e-8  # so near is on the contour
 STILL = 1e-3  # a slide so short is the last
 NEWTON, SLIDES, LANDINGS = 8, 20, 6  # most steps of each search
 SAME, JUMP = 1e-6, 0.1  # a foot may be farther than the start by so much; so at kinks' cells
@@ -79,7 +80,7 @@ def foot(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
         tx, ty, tz = -u - height * nx, -v - height * ny, -w - height * nz
         aside = tx * tx + ty * ty + tz * tz
         if aside > CLOSE * CLOSE:
-            if turn % 2 == 0:
+            if turn % 3 == 0:
                 xx, yy, zz, xy, xz, yz = bend(flat, kinds, shape, wraps, gaps, x + u, y + v, z + w)
             k = (height + off) / length
             hx = xx * nx + xy * ny + xz * nz
@@ -175,7 +176,7 @@ def land(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
         u, v, w = u - p * px, v - p * py, w - p * pz
         if (u - a) ** 2 + (v - b) ** 2 + (w - c) ** 2 > 0.25:
             return a, b, c, False
-        if p * p * square < CLOSE**4:
+        if p * p * square < LANDED * LANDED:
             return u, v, w, True
     return a, b, c, False
 

@@ -26,7 +26,7 @@ KIND_X, KIND_Y, KIND_Z = 0, 2, 4  # where the bits of each axis begin; in the pl
 KINK = 0.25  # a third difference so large beside the first ones is no longer smooth
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def four(x, n, wraps):
     """The four nodes around x, where x is from the second of them, and how far beyond the edge."""
     if wraps:
@@ -42,7 +42,7 @@ def four(x, n, wraps):
     return k - 1, k, k + 1, k + 2, inner - k, x - inner
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def two(x, n, wraps):
     """The two nodes around x, and where x is from the first of them."""
     if wraps:
@@ -53,7 +53,7 @@ def two(x, n, wraps):
     return k, k + 1, x - k
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def weights(u, kind=0):
     """Of the cubic through the nodes -1, 0, 1, 2, at u; of a parabola through three of them."""
     a, b, c = u + 1.0, u - 1.0, u - 2.0
@@ -64,7 +64,7 @@ def weights(u, kind=0):
     return -u * b * c / 6.0, a * b * c / 2.0, -a * u * c / 2.0, a * u * b / 6.0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def slopes(u, kind=0):
     """Derivatives of the weights."""
     if kind == 1:
@@ -80,7 +80,7 @@ def slopes(u, kind=0):
     )
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def bends(u, kind=0):
     """Second derivatives of the weights."""
     if kind == 1:
@@ -90,7 +90,7 @@ def bends(u, kind=0):
     return 1.0 - u, 3.0 * u - 2.0, 1.0 - 3.0 * u, u
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def kind_of(first, ahead, turn_low, turn_high):
     """Kind of a cell: from the largest first difference and the second ones at its two ends."""
     if ahead <= KINK * first:
@@ -98,7 +98,7 @@ def kind_of(first, ahead, turn_low, turn_high):
     return 1 if turn_low <= turn_high else 2
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def kind_at(kinds, cell, shift, u):
     """What ``kinds`` says of a cell and axis; the cubic where four nodes lean inward."""
     if 0.0 <= u <= 1.0:

@@ -14,7 +14,7 @@ drop_stale(__file__, _interpolant.__file__)
 SEEN = 128  # a cell that was looked at
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def around(low, size, wraps):
     """The nodes low - 1 to low + 2 of an axis; -1 beyond an unbounded edge."""
     if wraps:

@@ -67,10 +67,11 @@ class Front:
         if nodes is None:
             values = check_level_set(values, grid)
             known = np.empty(0, np.int64)
-            self.flat = np.ascontiguousarray(values, self.dtype).reshape(-1)
+            self.flat = np.ascontiguousarray(values, np.float64).reshape(-1)
         else:
             known = check_nodes(nodes, grid)
-            self.flat = scattered(check_band_values(values, grid, known), known, grid)
+            values = check_band_values(values, grid, known).astype(np.float64, copy=False)
+            self.flat = scattered(values, known, grid)
         self.gaps = nodes is not None
         middle = grid.ndim == 3
         self.shape = (grid.shape[0], grid.shape[1] if middle else 1, grid.shape[-1])
