@@ -13,7 +13,7 @@ STACK = 256  # intervals that wait to be searched, at most
 NARROW = 1e-6  # of a star's sector: what is left of the search below it is beneath rounding
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def ellipsoid(points, axes, out):
     """Signed distance to the ellipse or ellipsoid of half ``axes`` around 0, ``points`` (ndim, n).
 
@@ -31,12 +31,16 @@ def ellipsoid(points, axes, out):
     for k in range(ndim):
         gap[k] = (axes[k] - e) * (axes[k] + e)
     for i in range(points.shape[1]):
-        s = 0.0
+        s, far = 0.0, 0.0
         for k in range(ndim):
             p[k] = abs(points[k, i])
+            far += p[k]
             if k == least:  # off the middle plane: the nearest point stays unique
                 p[k] = max(p[k], 1e-30 * e)
             s = max(s, axes[k] * p[k] - gap[k])
+        if not far < np.inf:
+            out[i] = far
+            continue
         for _ in range(STEPS):
             value, slope = -1.0, 0.0
             for k in range(ndim):
@@ -54,7 +58,7 @@ def ellipsoid(points, axes, out):
         out[i] = (s - e * e) * math.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def star(x, y, radius, amplitude, arms, out):
     """Signed distance to r = radius (1 + amplitude cos(arms angle)).
 
@@ -70,6 +74,9 @@ def star(x, y, radius, amplitude, arms, out):
     third = law[1] * float(arms) ** 3
     for i in range(x.size):
         away = math.hypot(x[i], y[i])
+        if not away < np.inf:
+            out[i] = away
+            continue
         turn = abs(math.atan2(y[i], x[i])) % (2.0 * sector)
         if turn > sector:
             turn = 2.0 * sector - turn
@@ -101,7 +108,7 @@ def star(x, y, radius, amplitude, arms, out):
         out[i] = math.copysign(math.sqrt(2.0 * best), away - edge)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _at(angle, away, turn, law):
     """Half the squared distance from (away, turn) to the star at an angle, and two derivatives."""
     phase = law[2] * angle
@@ -116,7 +123,7 @@ def _at(angle, away, turn, law):
     return value, slope, curve
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _lowest(a, b, away, turn, law):
     """Least half squared distance between two angles, where its slope rises."""
     if _at(a, away, turn, law)[1] >= 0.0:

@@ -17,6 +17,10 @@ def polygon(x, y, corners, out):
     count = len(corners)
     for i in range(x.size):
         px, py = np.float64(x[i]), np.float64(y[i])
+        far = abs(px) + abs(py)
+        if not far < np.inf:
+            out[i] = far
+            continue
         nearest = np.inf
         inside = False
         ax, ay = corners[count - 1, 0], corners[count - 1, 1]
@@ -41,6 +45,10 @@ def aerofoil(x, y, law, vertices, out):
     """
     for i in range(x.size):
         px, py = np.float64(x[i]), np.float64(y[i])
+        far = abs(px) + abs(py)
+        if not far < np.inf:
+            out[i] = far
+            continue
         away, outside = _base(px, py, vertices)
         for side in range(2):
             s = _foot(px, py, law, side, vertices[side])

@@ -12,7 +12,7 @@ LEAF = 4  # triangles in a leaf of the tree, at most
 DEPTH = 64  # of the tree, at most
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def build(corners, order, boxes):
     """Sort triangles ``corners`` (n, 3, 3) into a tree: halves along the longest side, by middle.
 
@@ -50,7 +50,7 @@ def build(corners, order, boxes):
         runs[2 * node + 2, 0], runs[2 * node + 2, 1] = half, last
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _part(order, middles, axis, first, last, half):
     """Bring the smaller ones along an axis before place ``half`` (Hoare's selection)."""
     low, high = first, last - 1
@@ -74,11 +74,12 @@ def _part(order, middles, axis, first, last, half):
             return
 
 
-@njit(cache=True, nogil=True)
-def distances(first, pieces, step, piece, points, corners, normals, boxes, out):
+@njit(cache=True, nogil=True, error_model="numpy")
+def distances(first, pieces, step, piece, points, corners, planes, normals, boxes, out):
     """Signed distance of ``points`` (n, 3), piece by piece; triangles in the order of the tree.
 
-    ``normals`` (n, 7, 3): of the face, of the edges 01, 12, 20 and of the corners 0, 1, 2.
+    ``planes`` (n, 4): unit normal and height over 0; ``normals`` (n, 7, 3): of the face, of the
+    edges 01, 12, 20 and of the corners 0, 1, 2.
     """
     waiting, gaps = np.empty(2 * DEPTH, np.int64), np.empty(2 * DEPTH)
     runs = np.empty((2 * DEPTH, 2), np.int64)
@@ -99,6 +100,9 @@ def distances(first, pieces, step, piece, points, corners, normals, boxes, out):
                     continue
                 if 2 * node + 2 >= len(boxes):
                     for t in range(low, high):
+                        over = x * planes[t, 0] + y * planes[t, 1] + z * planes[t, 2] - planes[t, 3]
+                        if over * over >= least:
+                            continue
                         here = _nearest(x, y, z, corners[t], near)
                         gap = (x - near[0]) ** 2 + (y - near[1]) ** 2 + (z - near[2]) ** 2
                         if gap < least:
@@ -124,7 +128,20 @@ def distances(first, pieces, step, piece, points, corners, normals, boxes, out):
             out[i] = math.copysign(math.sqrt(least), side)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True, error_model="numpy")
+def curve(points, box, codes):
+    """Places of ``points`` (n, 3) along Morton's curve through 64^3 cells of a box (6,)."""
+    for i in range(len(points)):
+        code = 0
+        for c in range(3):
+            share = 64.0 * (points[i, c] - box[c]) / (box[3 + c] - box[c])
+            cell = int(min(max(share, 0.0), 63.0)) if share == share else 0
+            for bit in range(6):
+                code |= ((cell >> bit) & 1) << (3 * bit + c)
+        codes[i] = code
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def _gap(x, y, z, box):
     """Squared distance to a box."""
     dx = max(box[0] - x, 0.0, x - box[3])
@@ -133,7 +150,7 @@ def _gap(x, y, z, box):
     return dx * dx + dy * dy + dz * dz
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def _nearest(x, y, z, t, out):
     """Write a triangle's nearest point; which part it is on: face 0, edges 1 to 3, corners 4 to 6.
 
@@ -165,7 +182,7 @@ def _nearest(x, y, z, t, out):
         elif vb <= 0.0 and pv >= 0.0 and d6 <= 0.0:
             r, part = pv / vv, 3
         elif va <= 0.0 and d4 >= d3 and d5 >= d6:
-            r = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+            r = (d4 - d3) / (uu - 2.0 * uv + vv)
             s, part = 1.0 - r, 2
         else:
             scale = 1.0 / (va + vb + vc)

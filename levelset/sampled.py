@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.shape import Array, Bounds, Shape
+from levelset.shape import Array, Bounds, Shape, grown
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
@@ -83,6 +84,10 @@ class Sampled(Shape):
         low, high = self._negative(self.phi)
         start, h = np.array(self.grid.origin), self.grid.spacing
         return tuple((start + h * (low - 1)).tolist()), tuple((start + h * (high + 1)).tolist())
+
+    def reach(self, distance: float) -> Bounds:
+        """That box grown by sqrt(2) times the distance: beyond the mesh the value is a bound."""
+        return grown(self.bounds(), math.sqrt(2.0) * distance)
 
     @cached_property
     def _padded(self) -> tuple[Array, Grid]:

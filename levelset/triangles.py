@@ -128,15 +128,22 @@ class TriangleMesh(Shape):
         order, boxes = np.empty(len(corners), np.int64), np.empty(((2 << levels) - 1, 6))
         build(corners, order, boxes)
         normals = _normals(corners, self.__dict__["_ids"])
-        return _Tree(corners[order], normals[order], boxes)
+        corners, normals = corners[order], normals[order]
+        heights = np.einsum("ij,ij->i", normals[:, 0], corners[:, 0])
+        return _Tree(corners, np.column_stack([normals[:, 0], heights]), normals, boxes)
 
     def _distance(self, points: Array) -> Array:
-        from levelset._triangles import distances
+        from levelset._triangles import curve, distances
 
         places = np.ascontiguousarray(points.reshape(3, -1).T, np.float64)
-        out = np.empty(len(places))
+        codes = np.empty(len(places), np.int32)
+        box = np.ravel(self.reach(0.5 * max(np.subtract(*self.bounds()[::-1]))))
+        curve(places, box, codes)
+        order = np.argsort(codes, kind="stable")  # neighbours share triangles, and the cache
         piece, pieces = split(len(places))
-        share(distances, pieces, thread_count(None), piece, places, *self._tree, out)
+        found, out = np.empty((2, len(places)))
+        share(distances, pieces, thread_count(None), piece, places[order], *self._tree, found)
+        out[order] = found
         return out.reshape(points.shape[1:])
 
 
@@ -144,6 +151,7 @@ class _Tree(NamedTuple):
     """Triangles in the order of the tree."""
 
     corners: Values  # (m, 3, 3)
+    planes: Values  # (m, 4): unit normal, height over 0
     normals: Values  # (m, 7, 3): of faces, edges and corners
     boxes: Values  # (nodes, 6)
 
