@@ -29,11 +29,11 @@ def four(i, n, wraps):
 
 
 @njit(cache=True, nogil=True)
-def load(source, flat, shape, wraps, gaps, cell, nodal, ready, found):
+def load(source, flat, shape, wraps, gaps, cell, nodal, ready):
     """Values of ``source`` on the four nodes around a cell along each axis.
 
-    Those unset in ``flat`` go on from the others along parabolas; where that fails, the corners
-    alone. Returns the row of ``MATRICES`` for each axis.
+    ``ready`` tells those set in ``flat``. Returns where the cell is along each axis from the first
+    of the four, its row of ``MATRICES``; and how many are not set.
     """
     rows, lead_i = four(cell[0], shape[0], wraps[0])
     lines, lead_j = four(cell[1], shape[1], wraps[1])
@@ -49,13 +49,21 @@ def load(source, flat, shape, wraps, gaps, cell, nodal, ready, found):
                 if gaps:
                     ready[a, b, c] = flat[node] != 0.0
                     missing += not ready[a, b, c]
+    return (lead_i, lead_j, lead_k), missing
+
+
+@njit(cache=True, nogil=True)
+def completed(nodal, ready, found, leads, missing):
+    """Give unset nodes a value: along parabolas from the others, else none but the corners count.
+
+    Returns the row of ``MATRICES`` for each axis.
+    """
     if missing == 0 or mended(nodal, ready, found, missing):
-        return lead_i, lead_j, lead_k
+        return leads
     for a in range(2):
         for b in range(2):
-            row = (rows[lead_i + a] * shape[1] + lines[lead_j + b]) * shape[2]
-            for c in range(min(deep, 2)):
-                nodal[a, b, c] = source[row + places[lead_k + c]]
+            for c in range(min(nodal.shape[2], 2)):
+                nodal[a, b, c] = nodal[leads[0] + a, leads[1] + b, leads[2] + c]
     return LINE, LINE, LINE
 
 
@@ -107,8 +115,6 @@ def ends(line, ready, place, total):
 @njit(cache=True, nogil=True)
 def crossable(nodal, leads):
     """Whether the contour may cross a cell: not if its corners are large and of one sign."""
-    if leads[0] == LINE:
-        return True
     below, above, most, least = False, False, 0.0, np.inf
     deep = nodal.shape[2]
     for a in range(4):
@@ -117,11 +123,11 @@ def crossable(nodal, leads):
             for c in range(deep):
                 this = nodal[a, b, c]
                 below |= this < 0
-                above |= this >= 0
+                above |= this > 0
                 most = max(most, abs(this))
                 if core and (deep == 1 or 0 <= c - leads[2] <= 1):
                     least = min(least, abs(this))
-    return (below and above) or least < 0.4 * most
+    return (below and above) or least < 0.4 * most or least == 0
 
 
 @njit(cache=True, nogil=True)
@@ -161,12 +167,17 @@ def coefficients(nodal, leads):
 
 
 @njit(cache=True, nogil=True)
-def corners(flat, shape, wraps, gaps, cell):
-    """Of the corners of a cell: how many are below zero, how many are set; none past an edge."""
+def begins(cell, shape, wraps):
+    """Whether a cell begins at this node: none does at an unbounded edge."""
+    x = wraps[0] or cell[0] + 1 < shape[0]
+    y = wraps[1] or cell[1] + 1 < shape[1]
+    return x and y and (wraps[2] or cell[2] + 1 < shape[2] or shape[2] == 1)
+
+
+@njit(cache=True, nogil=True)
+def corners(flat, shape, gaps, cell):
+    """Of the corners of a cell: how many are below zero, how many are set."""
     below, known = 0, 0
-    for axis in range(3):
-        if cell[axis] + 1 >= shape[axis] > 1 and not wraps[axis]:
-            return 0, 0
     for a in range(2):
         i = (cell[0] + a) % shape[0]
         for b in range(2):
@@ -179,54 +190,76 @@ def corners(flat, shape, wraps, gaps, cell):
 
 
 @njit(cache=True, nogil=True)
+def measure(flat, shape, wraps, gaps, cell, below, surface, values, wanted, work, terms):
+    """Add the terms of a cell whose corners are all set, in units of the cell."""
+    stack, boxes, extra, order, scratch, ready, found = work
+    if wanted:
+        leads, missing = load(values, flat, shape, wraps, gaps, cell, extra, ready)
+        coefficients(extra, completed(extra, ready, found, leads, missing))
+    leads, missing = load(flat, flat, shape, wraps, gaps, cell, stack[0], ready)
+    if crossable(stack[0], leads):
+        leads = completed(stack[0], ready, found, leads, missing)
+        kinds = (kind(stack[0], 0, leads), kind(stack[0], 1, leads), leads[2])
+        if shape[2] > 1:
+            kinds = (kinds[0], kinds[1], kind(stack[0], 2, leads))
+        coefficients(stack[0], kinds)
+        cut(stack, boxes, surface, extra, wanted, scratch, order, terms)
+    elif below > 0:
+        full(extra.mean() if wanted else 0.0, terms)
+
+
+@njit(cache=True, nogil=True)
+def full(mean, terms):
+    """The terms of a cell that is inside as a whole."""
+    terms[0] = 1.0
+    terms[1:4] = 0.5
+    terms[4] = mean
+
+
+@njit(cache=True, nogil=True)
 def integrals(
-    first, pieces, step, size, nodes, flat, shape, wraps, gaps, surface, values, wanted, result
+    first, pieces, step, size, nodes, flat, shape, wraps, gaps, far, surface, values, wanted, result
 ):
-    """Per piece of nodes: the terms over the cells that begin at these nodes, in node units."""
+    """Per piece of nodes: the terms over the cells that begin at these nodes, in node units.
+
+    A cell that begins at a value beyond ``far`` is not crossed; with gaps, where corners are not
+    set, it is inside by the share of those that are.
+    """
     deep = 4 if shape[2] > 1 else 1
-    stack = np.zeros((PIECES, 4, 4, deep))
-    boxes = np.zeros((PIECES, 4))
-    extra = np.zeros((4, 4, deep))
-    order = np.zeros((4, 4, 4))
-    scratch = np.zeros((12, 16))
-    ready = np.ones((4, 4, deep), np.bool_)
-    found = np.zeros((64, 3), np.int64)
+    work = (
+        np.zeros((PIECES, 4, 4, deep)),
+        np.zeros((PIECES, 4)),
+        np.zeros((4, 4, deep)),
+        np.zeros((4, 4, 4)),
+        np.zeros((12, 16)),
+        np.ones((4, 4, deep), np.bool_),
+        np.zeros((64, 3), np.int64),
+    )
     terms = np.zeros(TERMS)
     cell = np.zeros(3, np.int64)
     total = len(nodes) if gaps else flat.size
-    full = 4 if deep == 1 else 8
     for piece in range(first, pieces, step):
         for n in range(piece * size, min((piece + 1) * size, total)):
             node = nodes[n] if gaps else n
+            if flat[node] > far:
+                continue
             cell[2] = node % shape[2]
             cell[1] = node // shape[2] % shape[1]
             cell[0] = node // (shape[1] * shape[2])
-            below, known = corners(flat, shape, wraps, gaps, cell)
-            if known == 0:
+            if not begins(cell, shape, wraps):
                 continue
             terms[:] = 0.0
-            if known < full:
-                terms[0] = below / known
-                terms[1:4] = 0.5 * terms[0]
-                terms[4] = 0.0
+            if flat[node] < -far and not wanted:
+                full(0.0, terms)
             else:
-                leads = load(flat, flat, shape, wraps, gaps, cell, stack[0], ready, found)
-                crossed = crossable(stack[0], leads)
-                if wanted and (crossed or below > 0):
-                    own = load(values, flat, shape, wraps, gaps, cell, extra, ready, found)
-                    coefficients(extra, own)
-                if crossed:
-                    kinds = (kind(stack[0], 0, leads), kind(stack[0], 1, leads), leads[2])
-                    if deep == 4:
-                        kinds = (kinds[0], kinds[1], kind(stack[0], 2, leads))
-                    coefficients(stack[0], kinds)
-                    cut(stack, boxes, surface, extra, wanted, scratch, order, terms)
-                elif below == 0:
-                    continue
-                else:
-                    terms[0] = 1.0
-                    terms[1:4] = 0.5
-                    terms[4] = extra.mean() if wanted else 0.0
+                below, known = corners(flat, shape, gaps, cell)
+                if known == (4 if deep == 1 else 8):
+                    measure(
+                        flat, shape, wraps, gaps, cell, below, surface, values, wanted, work, terms
+                    )
+                elif below > 0:
+                    full(0.0, terms)
+                    terms *= below / known
             for at in (0, AREA):
                 result[piece, at] += terms[at]
                 result[piece, at + 4] += terms[at + 4]

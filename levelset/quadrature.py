@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal
 
 import numpy as np
@@ -111,14 +112,32 @@ def _terms(
     """The sums over cells, in node units: see ``_quadrature.TERMS``."""
     from levelset import _quadrature
 
+    given = laid.flat if values is None else values
     result = np.zeros((laid.pieces, 10))
     share(
         _quadrature.integrals, laid.pieces, thread_count(threads), laid.size, laid.nodes, laid.flat,
-        laid.shape, laid.wraps, laid.gaps, surface, laid.flat if values is None else values,
-        values is not None, result,
+        laid.shape, laid.wraps, laid.gaps, _far(laid), surface, given, values is not None,
+        result,
     )  # fmt: skip
     total: NDArray[np.float64] = result.sum(axis=0)
     return total
+
+
+def _far(laid: Laid) -> float:
+    """A size of phi beyond which the contour is not near, from the largest step between nodes.
+
+    The four nodes around a cell along each axis are two steps away from its first corner, so
+    there they are of one sign, and of a size with which the cubics do not reach zero.
+    """
+    if laid.gaps:
+        return math.inf
+    field = laid.flat.reshape(laid.shape)
+    steepest = 0.0
+    for axis in range(3):
+        line = np.moveaxis(field, axis, 0)
+        for step in (np.diff(line, axis=0), line[:1] - line[-1:] if laid.wraps[axis] else line[:0]):
+            steepest = max(steepest, float(step.max(initial=0.0)), -float(step.min(initial=0.0)))
+    return 3.0 * int((laid.shape > 1).sum()) * steepest
 
 
 def _inside(laid: Laid, grid: Grid, found: NDArray[np.float64]) -> NDArray[np.float64]:
