@@ -31,7 +31,7 @@ def _matrices():
         nodes = np.arange(3.0) + first - 1
         few = np.linalg.inv(nodes[:, None] ** powers[:3])
         found[row, :, first : first + 3] = binomial[:, :3] @ few
-    return found
+    return np.round(18 * found) / 18  # exact: the first and the last coefficient are nodal values
 
 
 LINE, WITHOUT_LAST, WITHOUT_FIRST = 3, 4, 5

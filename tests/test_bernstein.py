@@ -30,6 +30,14 @@ def test_coefficients_are_those_of_the_cubics_through_the_nodes(leads):
         assert b.value(found, *point) == pytest.approx(lagrange(nodal, leads, point), abs=1e-12)
 
 
+@pytest.mark.parametrize("lead", [0, 1, 2])
+def test_the_ends_are_nodal_values_to_the_last_bit(lead):
+    nodal = RNG.normal(size=4)
+    found = b.MATRICES[lead] @ nodal
+    assert found[0] == nodal[lead]
+    assert found[3] == nodal[lead + 1]
+
+
 @pytest.mark.parametrize(("row", "low"), [(b.LINE, 0), (b.WITHOUT_LAST, -1), (b.WITHOUT_FIRST, 0)])
 def test_lines_and_parabolas_go_through_their_nodes(row, low):
     degree = 1 if row == b.LINE else 2

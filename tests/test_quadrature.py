@@ -9,7 +9,7 @@ import pytest
 from scipy.special import ellipe
 
 from levelset.quadrature import area, centroid, integrate, volume
-from levelset.shapes import Box, Disk, SlottedDisk, Sphere
+from levelset.shapes import Box, Disk, SlottedDisk, SlottedSphere, Sphere
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -127,6 +127,32 @@ def test_rows_without_band_are_inside_or_outside_as_their_neighbours(axis):
     sides = [n for i, n in enumerate(grid.length) if i != axis]
     assert volume(phi, grid, nodes=nodes) == pytest.approx(0.95 * math.prod(sides), rel=1e-12)
     assert area(phi, grid, nodes=nodes) == pytest.approx(math.prod(sides), rel=1e-12)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_wall_through_nodes_counts_once(axis, sign):
+    grid = Grid((9, 10, 11), 0.25)
+    phi = sign * (grid.points()[axis] - 1.0)
+    sides = math.prod(n for i, n in enumerate(grid.length) if i != axis)
+    assert area(phi, grid) == pytest.approx(sides, rel=1e-12)
+    inside = 1.0 if sign > 0 else grid.length[axis] - 1.0
+    assert volume(phi, grid) == pytest.approx(inside * sides, rel=1e-12)
+
+
+def test_the_slotted_sphere_has_its_volume():
+    grid = Grid((41, 41, 41), 1.0)
+    shape = SlottedSphere(center=(20.3, 20.1, 20.2))
+    assert volume(shape.distance(grid.points()), grid) == pytest.approx(12757.888, rel=1e-3)
+
+
+@pytest.mark.parametrize(("cells", "off"), [(1.0, 0.05), (1.5, 0.03), (2.0, 0.005), (3.0, 0.002)])
+def test_curved_sheets_of_a_few_cells_keep_their_volume(cells, off):
+    grid = Grid((40, 40, 40), 1.0)
+    shift = np.array([0.3, -0.1, 0.2]).reshape(3, 1, 1, 1)
+    radius = np.sqrt(((grid.points() - 19.5 - shift) ** 2).sum(axis=0))
+    exact = 4 * math.pi * (13.4**2 * cells + cells**3 / 12)
+    assert volume(np.abs(radius - 13.4) - cells / 2, grid) == pytest.approx(exact, rel=off)
 
 
 def test_the_slotted_disk_has_its_area_on_the_usual_mesh():
