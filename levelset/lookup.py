@@ -1,0 +1,191 @@
+"""Remeshing of a band of particles: every node looks up, through their map, what it gets."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelset import _lookup
+from levelset.band import Band
+from levelset.profile import LEVEL
+from remesh.errors import InputError
+from remesh.grid import Grid
+from remesh.kernels import Kernel, get_kernel
+from remesh.layout import split, tables
+from remesh.threads import share, thread_count
+
+Array = NDArray[np.floating[Any]]
+Nodes = NDArray[np.int64]
+CORE = 0.6  # of the level value: nodes below it make the band, whether the contour is near or not,
+OUTER = 0.75  # and nodes around them out to this part of the half width (97 % of the level value)
+INNER = 0.34  # from this one, where the profile has the value of the core, and what a kernel needs.
+LEAST = 0.8  # of the level value, of nodes that are new at the edge: they make no band of their own
+
+
+class Lattice:
+    """Particles by their home nodes: where each has gone, and what it carries."""
+
+    def __init__(
+        self, grid: Grid, nodes: Nodes, positions: Array, values: Array, threads: int | None = None
+    ) -> None:
+        self.grid, self.nodes = grid, nodes
+        self.threads = thread_count(threads)
+        self.shape, self.wraps = _three(grid)
+        self.mid = (0, 0) if grid.ndim == 3 else (0,)  # corners of a cell along the middle axis
+        self.known = np.zeros(self.shape, np.uint8)
+        self.fields = np.zeros((grid.ndim + 1, *self.shape))  # displacement in spacings, values
+        self.size, self.pieces = split(len(nodes))
+        local: Array = (positions - np.array(grid.origin)) / grid.spacing
+        share(
+            _lookup.lay, self.pieces, self.threads, self.size, nodes, local, values,
+            self.shape, self.known, self.fields,
+        )  # fmt: skip
+
+    def distortion(self) -> float:
+        """Largest |ln(principal stretch)| over the cells between particles; infinite if folded.
+
+        Zero for translations and rotations, however large.
+        """
+        grams = np.empty((len(self.nodes), 3, 3))
+        folds = np.zeros(self.pieces, np.int64)
+        share(
+            _lookup.principal, self.pieces, self.threads, self.size, self.nodes, self.shape,
+            self.wraps, self.known, self.fields, self.mid, grams, folds,
+        )  # fmt: skip
+        if folds.any():
+            return math.inf
+        if self.grid.ndim == 2:  # closed form: many times faster than a decomposition per cell
+            a, b, c = grams[:, 0, 0], grams[:, 0, 2], grams[:, 2, 2]
+            middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
+            squares = np.stack([middle - half, middle + half])
+        else:
+            squares = np.linalg.eigvalsh(grams)
+        return float(np.abs(0.5 * np.log(squares)).max(initial=0.0))
+
+    def gradient(self, velocities: Array) -> float:
+        """Largest row sum max_i sum_j |du_i/dx_j| [1/T] over the cells between particles.
+
+        ``velocities`` ``(n, ndim)`` [L/T], of the particles where they are.
+        """
+        rates = np.zeros_like(self.fields)
+        moved = places(self.grid, self.nodes) + velocities
+        local: Array = (moved - np.array(self.grid.origin)) / self.grid.spacing
+        share(
+            _lookup.lay, self.pieces, self.threads, self.size, self.nodes, local,
+            np.zeros(len(self.nodes)), self.shape, self.known, rates,
+        )  # fmt: skip
+        largest = np.zeros(self.pieces)
+        share(
+            _lookup.strain, self.pieces, self.threads, self.size, self.nodes, self.shape,
+            self.wraps, self.known, self.fields, rates, self.mid, largest,
+        )  # fmt: skip
+        return float(largest.max(initial=0.0))
+
+    def look_up(self, kernel: str | Kernel, level: float) -> Looked:
+        """The values where the nodes are, those of the level parts +-``level``."""
+        _, coeffs, taps, mid, terms = tables(kernel, self.grid, np.dtype(np.float64))
+        counts = np.zeros(self.pieces, np.int64)
+        folds = np.zeros(self.pieces, np.int64)
+        room = 2 * self.size + 64
+        while True:
+            found = np.empty((self.pieces, room), np.int64)
+            values = np.empty((self.pieces, room))
+            share(
+                _lookup.look_up, self.pieces, self.threads, self.size, self.nodes, self.shape,
+                self.wraps, self.known, self.fields, level, coeffs, taps, mid, terms,
+                found, values, counts, folds,
+            )  # fmt: skip
+            if counts.max(initial=0) <= room:
+                break
+            room = int(counts.max())
+        marks = np.zeros(self.grid.size, np.uint8)
+        field = np.zeros(self.grid.size)
+        nodes = np.empty(int(counts.sum()), np.int64)
+        total = _lookup.merge(found, values, counts, marks, field, nodes)
+        return Looked(self, nodes[:total], field, marks, int(folds.sum()))
+
+
+class Looked(NamedTuple):
+    """Nodes that the particles' map reaches, with their values in a field of the mesh."""
+
+    lattice: Lattice
+    nodes: Nodes
+    field: Array
+    marks: NDArray[np.uint8]  # 1 where the field is known
+    folds: int  # cells that are turned inside out
+
+
+def remeshed(
+    grid: Grid,
+    nodes: Nodes,
+    positions: Array,
+    values: Array,
+    kernel: str | Kernel,
+    width: float,
+    *,
+    threads: int | None = None,
+) -> Band:
+    """Particles that left their home ``nodes``, remeshed: a band of nodes around the interface.
+
+    ``positions`` ``(n, ndim)`` [L], ``values`` ``(n,)`` of the profile of half width ``width`` [L].
+    A node takes the value of the place that the particles' map brings to it: x(X) is interpolated
+    by the kernel between the particles' homes X and solved for the node by Newton, the value is
+    interpolated at X. Exact for maps and values that are polynomials of degree kernel.moments;
+    order kernel.moments + 1 for each remeshing, however large the (invertible) deformation.
+    Same bits for any number of threads. Cost: O(n). Refuses particles that have crossed each other.
+    """
+    lattice = Lattice(grid, nodes, positions, values, threads)
+    found = lattice.look_up(kernel, LEVEL * width)
+    if found.folds:
+        raise InputError(
+            f"particles have crossed each other in {found.folds} cells of their lattice",
+            hint="a smaller dt or `deformation`, or remeshing more often",
+        )
+    return around(found.nodes, found.field, found.marks, grid, width, get_kernel(kernel).half_width)
+
+
+def around(
+    nodes: Nodes, field: Array, marks: NDArray[np.uint8], grid: Grid, width: float, more: int
+) -> Band:
+    """The band of nodes around the interface of a field, as wide as its profile and ``more`` nodes.
+
+    A filament too thin to change a sign stays in it as a dip, and may come back.
+
+    ``marks``: 1 at the ``nodes``, where the flat ``field`` is known; both are used up.
+    """
+    shape, wraps = _three(grid)
+    core = np.empty(len(nodes), np.int64)
+    count = _lookup.select(nodes, field, CORE * LEVEL * width, core)
+    layers = math.ceil((OUTER - INNER) * width / grid.spacing) + more
+    room = min(grid.size, 4 * len(nodes) + 1024)
+    while True:
+        wide = np.empty(room, np.int64)
+        total = _lookup.widen(
+            core, count, layers, shape, wraps, marks, field, LEVEL * width, LEAST, wide
+        )
+        if total >= 0:
+            break
+        marks[wide] = 1
+        room = min(grid.size, 2 * room)
+    kept = np.empty(total, np.int64)
+    starts = np.zeros(grid.size // grid.shape[-1] + 1, np.int64)
+    _lookup.order(wide, total, grid.shape[-1], starts, kept)
+    return Band(grid, kept, field[kept])
+
+
+def places(grid: Grid, nodes: Nodes) -> Array:
+    """Where nodes are, (n, ndim) [L]."""
+    indices = np.unravel_index(nodes, grid.shape)
+    return np.stack(
+        [x0 + grid.spacing * i for x0, i in zip(grid.origin, indices, strict=True)], axis=1
+    )
+
+
+def _three(grid: Grid) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Shape and periodic axes as the loops take them: three axes, the middle one of one node."""
+    shape = np.array((grid.shape[0], *(grid.shape[1:-1] or (1,)), grid.shape[-1]), np.int64)
+    wraps = (grid.periodic[0], grid.ndim == 3 and grid.periodic[1], grid.periodic[-1])
+    return shape, np.array(wraps)
