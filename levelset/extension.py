@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.closest import closest_points, scattered
+from levelset.closest import check_nodes, closest_points, scattered
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.layout import precision, split
@@ -56,6 +56,42 @@ def extend(
         laid = scattered(part[finite].astype(np.float64), known[finite], grid)
         out[where] = sample(laid, grid, places[mine], threads)
     return result.reshape(*lead, *(grid.shape if nodes is None else (len(known),)))
+
+
+def values_at(
+    values: Array,
+    points: Array,
+    grid: Grid,
+    *,
+    nodes: Nodes | None = None,
+    threads: int | None = None,
+) -> Array:
+    """Nodal values at ``points`` ``(n, ndim)`` [L], as at a surface's vertices: ``(n,)``.
+
+    Cubic interpolation of order 4; bilinear beside nodes that are unset (not finite, or not in
+    ``nodes``), NaN where a corner of the point's cell is. Beyond an unbounded edge the values go
+    on straight. ``values`` of ``grid.shape``, with ``nodes`` ``(len(nodes),)`` will do too. Refuses
+    wrong shapes, and points that are not finite.
+    """
+    given = np.asarray(values)
+    known = np.arange(grid.size) if nodes is None else check_nodes(nodes, grid)
+    if given.shape == grid.shape:
+        given = given.reshape(-1)[known]
+    elif nodes is None or given.shape != known.shape:
+        raise InputError(
+            f"values must have the grid's shape {grid.shape}, got {given.shape}",
+            hint="one value per node",
+        )
+    places = np.asarray(points, np.float64)
+    if places.ndim != 2 or places.shape[1] != grid.ndim or not np.isfinite(places).all():
+        raise InputError(
+            f"points must be finite and of shape (n, {grid.ndim}), got {places.shape}",
+            hint="surface.vertices",
+        )
+    finite = np.isfinite(given)
+    laid = scattered(given[finite].astype(np.float64), known[finite], grid)
+    found = sample(laid, grid, (places - np.array(grid.origin)) / grid.spacing, threads)
+    return found.astype(precision(given))
 
 
 def sample(

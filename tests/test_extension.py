@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from levelset.closest import closest_points
-from levelset.extension import extend
+from levelset.extension import extend, values_at
 from levelset.shapes import Disk, Sphere
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -97,6 +97,24 @@ def test_points_beyond_reach_are_not_a_number():
     assert len(closest_points(phi, grid, nodes=np.unique(nodes)).nodes) < len(found)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("ndim", [2, 3])
+def test_values_at_points_are_those_of_cubics(dtype, ndim):
+    grid = mesh(12, ndim)
+    x = grid.points()
+    values = (x[0] ** 3 - 2 * x[0] * x[-1] ** 2 + 1).astype(dtype)
+    points = np.random.default_rng(2).uniform(-1.0, 1.0, (40, ndim))
+    exact = points[:, 0] ** 3 - 2 * points[:, 0] * points[:, -1] ** 2 + 1
+    found = values_at(values, points, grid)
+    assert found.dtype == dtype
+    np.testing.assert_allclose(found, exact, atol=1e-12 if dtype == np.float64 else 1e-5)
+    nodes = np.flatnonzero(np.abs(x[0]) < 1.2)
+    banded = values_at(values.reshape(-1)[nodes], points, grid, nodes=nodes)
+    np.testing.assert_allclose(
+        banded[np.abs(points[:, 0]) < 0.5], found[np.abs(points[:, 0]) < 0.5]
+    )
+
+
 def test_bad_input_is_refused():
     grid = mesh(24, 2)
     phi = Disk(0.5).distance(grid.points())
@@ -104,3 +122,7 @@ def test_bad_input_is_refused():
         extend(np.ones(3), phi, grid)
     with pytest.raises(InputError, match="phi has no interface"):
         extend(phi, np.abs(phi) + 1, grid)
+    with pytest.raises(InputError, match=r"points must be finite and of shape \(n, 2\)"):
+        values_at(phi, np.ones((2, 5)), grid)
+    with pytest.raises(InputError, match="values must have the grid's shape"):
+        values_at(phi[1:], np.ones((5, 2)), grid)
