@@ -109,7 +109,7 @@ class Sampled(Shape):
         places = points.reshape(self.ndim, -1).T.astype(np.float64)
         nearest = np.clip(places, start, last)
         values, grid = self._padded
-        value = m2p(values, nearest, grid, self.kernel)
+        value = m2p(values, np.where(np.isnan(nearest), start, nearest), grid, self.kernel)
         beyond = np.sqrt(np.sum((places - nearest) ** 2, axis=1))
-        away = np.where(beyond > 0.0, np.hypot(value, beyond), value)
+        away = np.where(beyond == 0.0, value, np.hypot(value, beyond))
         return np.asarray(away.reshape(points.shape[1:]))

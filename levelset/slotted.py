@@ -109,7 +109,8 @@ class SlottedSphere(Shape):
     The slot is |x - x0| < width/2 below its end, ``depth`` above the lowest point, open along y
     and z: radius 15, 5 wide, 12.5 deep leaves the volume 12757.888. Exact everywhere: the nearest
     of the sphere's rest, its rims, the two walls and the slot's end.
-    Source: D. Enright et al., J. Comput. Phys. 183 (2002) 83, section 4.3: slot 5 x 12.5.
+    The default sizes are remembered (grade C) from D. Enright et al., J. Comput. Phys. 183 (2002)
+    83; the volume is exact.
     """
 
     radius: float = 15.0  # [L]

@@ -65,6 +65,22 @@ def test_it_is_measured_and_bounded_like_the_shape(shape):
         assert np.all(beyond <= h * (1 + 1e-12))
 
 
+def test_the_outermost_cells_are_no_worse_than_second_order():
+    shape = Disk(0.9)
+    for cells, most in ((32, 2e-3), (64, 5e-4)):
+        found = sampled(shape, cells)
+        line = np.linspace(-2, 2, 500)
+        edge = np.stack([np.full(500, 2 - 0.3 * found.grid.spacing), line])
+        assert found.distance(edge) == pytest.approx(shape.distance(edge), abs=most)
+
+
+def test_points_that_are_no_numbers_have_no_distance():
+    found = sampled(Disk(0.8), 32)
+    points = np.array([[0.0, np.nan, 1.0, np.inf], [0.5, 0.0, np.nan, 0.0]])
+    assert np.array_equal(np.isnan(found.distance(points)), [False, True, True, False])
+    assert found.distance(np.zeros((2, 0))).shape == (0,)
+
+
 def test_it_is_drawn_and_joined_like_any_shape():
     found = sampled(Disk(0.8), 64)
     (ring,) = contour(found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -83,6 +84,37 @@ def test_points_nearest_to_edges_and_corners_are_on_the_right_side():
     for places in (mesh.vertices, middles):
         points = (places + 1e-3 * rng.normal(size=places.shape)).T
         assert mesh.distance(points) == pytest.approx(plain_distance(mesh, points), abs=1e-12)
+
+
+def spike(slivers):
+    """A thin pyramid on three corners, its tip up; one side is a fan of slivers around the tip."""
+    turn = 2 * np.pi * np.arange(3) / 3
+    base = np.stack([0.2 * np.cos(turn), 0.2 * np.sin(turn), 0 * turn], axis=1)
+    share = np.arange(1, slivers)[:, None] / slivers
+    vertices = np.concatenate([base, [(0, 0, 2.0)], base[0] + share * (base[1] - base[0])])
+    line = [0, *range(4, 3 + slivers), 1]
+    sides = [(a, b, 3) for a, b in pairwise(line)]
+    floor = [(b, a, 2) for a, b in pairwise(line)]
+    return TriangleMesh(vertices, [*sides, *floor, (1, 2, 3), (2, 0, 3)])
+
+
+@pytest.mark.parametrize("slivers", [1, 2, 50])
+def test_sharp_edges_and_tips_are_seen_from_outside_on_all_sides(slivers):
+    """Where the normal of one nearest face, or a plain mean of many, would look away."""
+    mesh = spike(slivers)
+    rng = np.random.default_rng(4)
+    points = rng.uniform(-0.4, 0.4, (3, 3000)) + np.array([[0], [0], [1.0]]) * rng.uniform(
+        0, 2, 3000
+    )
+    assert mesh.distance(points) == pytest.approx(plain_distance(mesh, points), abs=1e-12)
+    faces = np.cross(
+        *(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2))
+    )
+    faces = faces[mesh.faces[:, 2] == 3]
+    faces /= np.linalg.norm(faces, axis=1, keepdims=True)
+    away = (rng.exponential(size=(1000, len(faces))) ** 4) @ faces  # all are nearest to the tip
+    found = mesh.distance((mesh.vertices[3] + 0.1 * away).T)
+    assert found == pytest.approx(np.linalg.norm(0.1 * away, axis=1), rel=1e-12)
 
 
 def test_a_box_of_triangles_is_a_box():
