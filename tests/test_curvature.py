@@ -162,6 +162,14 @@ def test_periodic_axes_have_no_seam(ndim):
     np.testing.assert_array_equal(back[near], curvature(phi, grid)[near])
 
 
+def test_threads_change_no_bit():
+    grid = mesh(20, 3)
+    phi = ellipsoid(grid)
+    one, two = (curvature(phi, grid, at="contour", threads=n) for n in (1, 2))
+    np.testing.assert_array_equal(one, two)
+    np.testing.assert_array_equal(normal(phi, grid, threads=1), normal(phi, grid, threads=2))
+
+
 def test_flat_places_have_no_direction():
     grid = Grid((8, 8), 1.0)
     assert np.isnan(curvature(np.ones(grid.shape), grid)).all()

@@ -237,6 +237,25 @@ def test_the_centre_is_the_shapes(ndim):
     assert centroid(disk(grid), grid) == pytest.approx(CENTER[:ndim], abs=1e-6)
 
 
+@pytest.mark.parametrize("axes", [(1, 0, 2), (2, 1, 0), (0, 2, 1)])
+def test_no_axis_and_no_direction_is_preferred(axes):
+    grid = mesh(24, 3)
+    phi = torus(grid)
+    nodes = np.flatnonzero(np.abs(phi) < 3 * grid.spacing)
+    known = np.zeros(grid.shape)
+    known.reshape(-1)[nodes] = phi.reshape(-1)[nodes]
+    turned = np.transpose(known, axes)
+    for other in (turned, known[::-1], known[:, ::-1, ::-1]):
+        other = np.ascontiguousarray(other)
+        places = np.flatnonzero(other)
+        assert volume(other, grid, nodes=places) == pytest.approx(
+            volume(known, grid, nodes=nodes), rel=1e-9
+        )
+        assert area(other, grid, nodes=places) == pytest.approx(
+            area(known, grid, nodes=nodes), rel=1e-6
+        )
+
+
 @pytest.mark.parametrize("threads", [2, 3])
 def test_threads_change_no_bit(threads):
     grid = mesh(20, 3)
