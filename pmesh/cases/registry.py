@@ -72,6 +72,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.swimmer_pair:SwimmerPair",
         "two swimmers in tandem: their speeds and power beside those of one alone",
     ),
+    "dumbbell": Entry(
+        "pmesh.cases.dumbbell:DumbbellCase",
+        "a dumbbell collapses by its mean curvature: pinch-off, volume, beside a converged curve",
+    ),
 }
 
 
