@@ -1,8 +1,9 @@
 """Compiled loops of level sets on particles: nodes look up the map of the particles.
 
 Meshes are ``(nx, nm, nc)``, the last axis contiguous; in 2-D the middle axis has one node and one
-tap, so that one text serves 2-D and 3-D. ``taps`` and ``mid`` are tuples whose lengths, constants
-to the compiler, are what counts. Positions are ``(n, ndim)``, in spacings from the first node.
+tap, so that one text serves 2-D and 3-D. ``taps``, ``mid`` (of the middle axis) and ``pair`` (a
+cell's corners along it) are tuples whose lengths, constants to the compiler, are what counts.
+Positions are ``(n, ndim)``, in spacings from the first node.
 """
 
 # mypy: disable-error-code="no-untyped-def, no-untyped-call"
@@ -193,7 +194,7 @@ def all_flat(level, nodes, flat):
 @njit(cache=True, nogil=True)
 def look_up(
     first, pieces, step, size, nodes, shape, periodic, known, fields, plateau,
-    coeffs, taps, mid, terms, found, values, counts, folds,
+    coeffs, taps, mid, pair, terms, found, values, counts, folds,
 ):  # fmt: skip
     """Nodes that the images of cells reach, and the values that the map brings them.
 
@@ -209,7 +210,7 @@ def look_up(
     level = flat[ndim]
     rows = np.empty(width * len(mid), np.int64)
     columns = np.empty(width, np.int64)
-    edge = np.empty(4 * len(mid), np.int64)
+    edge = np.empty(4 * len(pair), np.int64)
     wa, wb, wc = np.empty(width), np.empty(width), np.empty(width)
     matrix, inverse = np.empty((3, 3)), np.empty((3, 3))
     low, high, center = np.empty(3), np.empty(3), np.empty(3)
@@ -222,11 +223,11 @@ def look_up(
             cell[0] = nodes[p] // (shape[1] * shape[2])
             cell[1] = (nodes[p] // shape[2]) % shape[1]
             cell[2] = nodes[p] % shape[2]
-            if not corners(cell[0], cell[1], cell[2], shape, periodic, marks, mid, edge):
+            if not corners(cell[0], cell[1], cell[2], shape, periodic, marks, pair, edge):
                 continue
             if all_flat(level, edge, FLAT * plateau):
                 continue
-            stretch(flat, edge, cell, mid, matrix, low, high, center)
+            stretch(flat, edge, cell, pair, matrix, low, high, center)
             if not invert(matrix, inverse) > 0.0:
                 folded += 1
                 continue
@@ -301,12 +302,12 @@ def look_up(
                                 weigh(place[1], coeffs, taps, terms, wb)
                             value = blend(level, rows, columns, whole, wa, wb, wc, taps, mid)
                         else:  # the band's edge: straight between the corners
-                            for k in range(4 * len(mid)):
+                            for k in range(4 * len(pair)):
                                 part = level[edge[k]]
-                                part *= 0.5 + (2 * (k // (2 * len(mid))) - 1) * place[0]
+                                part *= 0.5 + (2 * (k // (2 * len(pair))) - 1) * place[0]
                                 part *= 0.5 + (2 * (k % 2) - 1) * place[2]
                                 if len(mid) > 1:
-                                    part *= 0.5 + (2 * ((k // 2) % len(mid)) - 1) * place[1]
+                                    part *= 0.5 + (2 * ((k // 2) % len(pair)) - 1) * place[1]
                                 value += part
                         if max(abs(place[0]), abs(place[1]), abs(place[2])) > 0.5 + SLACK:
                             continue

@@ -95,7 +95,7 @@ class Lattice:
             values = np.empty((self.pieces, room))
             share(
                 _lookup.look_up, self.pieces, self.threads, self.size, self.nodes, self.shape,
-                self.wraps, self.known, self.fields, level, coeffs, taps, mid, terms,
+                self.wraps, self.known, self.fields, level, coeffs, taps, mid, self.mid, terms,
                 found, values, counts, folds,
             )  # fmt: skip
             if counts.max(initial=0) <= room:
