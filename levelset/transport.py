@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from levelset.band import Band
 from levelset.lookup import Lattice, around, places, remeshed
-from levelset.profile import LEVEL, profile
+from levelset.profile import LEVEL, distance_of, profile
 from levelset.quadrature import volume
 from levelset.redistance import redistance, redistance_band
 from levelset.sampled import Sampled
@@ -22,6 +22,7 @@ from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
 from remesh.limit import Limit
 from remesh.paths import Velocity, get_scheme, travel
+from remesh.reconstruction import reconstruct
 
 Array = NDArray[np.floating[Any]]
 Nodes = NDArray[np.int64]
@@ -120,11 +121,12 @@ class ParticleLevelSet:
         self._check_start(distance)
         values = profile(distance, self.reach).ravel()
         nodes = np.flatnonzero(np.abs(distance.ravel()) < self.reach)
-        marks = np.zeros(values.size, np.uint8)
-        marks[nodes] = 1
-        band = around(
-            nodes, values, marks, self.grid, self.reach, get_kernel(self.kernel).half_width
-        )
+        band = Band(self.grid, nodes, values[nodes])
+        if self.remeshing != "never":
+            marks = np.zeros(values.size, np.uint8)
+            marks[nodes] = 1
+            more = get_kernel(self.kernel).half_width
+            band = around(nodes, values, marks, self.grid, self.reach, more)
         state = self._on_nodes(band, Interface(
             time=float(time), step=0, grid=self.grid, nodes=band.nodes,
             positions=np.empty((0, self.grid.ndim)), values=band.values, gradient=0.0,
@@ -164,6 +166,21 @@ class ParticleLevelSet:
         """The signed distance [L] on the nodes near the interface."""
         band = self.band(state)
         return redistance_band(band.values, self.grid, band.nodes, self.reach, threads=self.threads)
+
+    def rebuild(
+        self, state: Interface, points: Array, *, radius: float = 0.8, degree: int = 2
+    ) -> Array:
+        """The signed distance [L] at ``points`` (m, ndim) [L], from the particles where they are.
+
+        The mollified sum, corrected to keep polynomials of ``degree`` (`remesh.reconstruct`), of
+        ``radius`` spacings; no mesh is involved, so a rigid motion changes nothing in it. NaN away
+        from particles. Of order ``degree + 1`` while they overlap.
+        """
+        distances = distance_of(state.values, self.reach)
+        return reconstruct(
+            state.positions, distances, points, radius * self.grid.spacing, degree=degree,
+            threads=self.threads,
+        )  # fmt: skip
 
     def shape(self, state: Interface) -> Sampled:
         """The interface as a shape: a body for a flow, a tool to cut with, something to measure."""

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from remesh.cells import CellList, check_points
 from remesh.errors import InputError
 from remesh.layout import precision, split
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 CUTOFF = 6.5  # radii; beyond, a cutoff is below 1e-15 of its peak
-MOST_CELLS = 1 << 21
 
 # (ndim, order): P with zeta(rho) = P(rho^2) exp(-rho^2) / pi^(ndim/2), coefficients low to high.
 # Generalised Laguerre polynomials L_{order/2 - 1}^{(ndim/2)}; in 2-D those of Beale & Majda (1985).
@@ -71,9 +71,9 @@ def mollify(
     from remesh import _mollifier
 
     given = np.asarray(values)
-    places = _points(positions, "positions")
+    places = check_points(positions, "positions")
     ndim = places.shape[1]
-    targets = _points(points, "points")
+    targets = check_points(points, "points")
     if targets.shape[1] != ndim:
         raise InputError(
             f"points must have shape (m, {ndim}) like the positions, got {targets.shape}",
@@ -100,45 +100,12 @@ def mollify(
         raise InputError("values and volumes must be finite", hint="check the field they come from")
     result = np.zeros((targets.shape[0], strengths.shape[1]))
     if n and len(targets):
-        origin, width, shape, reach = _cells(places, radius, ndim)
-        places, targets = _three(places), _three(targets)
-        starts = np.zeros(math.prod(shape) + 1, np.int64)
-        sorted_by_cell = np.empty(n, np.int64)
-        _mollifier.bin_particles(places, origin, width, np.array(shape), starts, sorted_by_cell)
+        cells = CellList(places, CUTOFF * radius)
         size, pieces = split(len(targets))
         share(
-            _mollifier.sum_cutoffs, pieces, thread_count(threads), size, targets,
-            places[sorted_by_cell], strengths[sorted_by_cell], origin, width, np.array(shape),
-            starts, reach, float(radius), CUTOFF, np.array(CUTOFFS[ndim, order]), result,
+            _mollifier.sum_cutoffs, pieces, thread_count(threads), size, cells.three(targets),
+            cells.places, strengths[cells.order], *cells.arguments, float(radius), CUTOFF,
+            np.array(CUTOFFS[ndim, order]), result,
         )  # fmt: skip
     smooth: Array = result.astype(precision(given), copy=False)
     return smooth.reshape(len(targets), *given.shape[1:])
-
-
-def _points(values: Array, name: str) -> NDArray[np.float64]:
-    points = np.asarray(values, dtype=np.float64)
-    if points.ndim != 2 or points.shape[1] not in (2, 3):
-        raise InputError(
-            f"{name} must have shape (n, 2) or (n, 3), got {points.shape}",
-            hint=f"{name}.T" if points.shape[:1] in ((2,), (3,)) else "one row per point",
-        )
-    if not np.isfinite(points).all():
-        raise InputError(f"{name} must be finite", hint="check the velocity and the time step")
-    return points
-
-
-def _three(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points with a third coordinate, zero in 2-D, so that one loop serves both."""
-    return np.ascontiguousarray(np.pad(points, ((0, 0), (0, 3 - points.shape[1]))))
-
-
-def _cells(
-    places: NDArray[np.float64], radius: float, ndim: int
-) -> tuple[NDArray[np.float64], float, tuple[int, ...], int]:
-    """Origin, width and number of cells, and how many of them a cutoff reaches."""
-    low = _three(places.min(axis=0, keepdims=True))[0]
-    extent = places.max(axis=0) - places.min(axis=0)
-    most = int(MOST_CELLS ** (1 / ndim)) - 1
-    width = max(CUTOFF * radius / 3, float(extent.max()) / most)
-    shape = tuple(int(e / width) + 1 for e in extent) + (1,) * (3 - ndim)
-    return low, width, shape, math.ceil(CUTOFF * radius / width)
