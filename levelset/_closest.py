@@ -13,13 +13,16 @@ import math
 import numpy as np
 from numba import njit
 
-from levelset import _foot, _interpolant
-from levelset._foot import crossing, foot
+from levelset import _foot, _interpolant, _kinks
+from levelset._foot import crossing, foot, kind_around
+from levelset._kinks import HELD
 from remesh.compiled import drop_stale
 
-drop_stale(__file__, _foot.__file__, _interpolant.__file__)
+drop_stale(__file__, _foot.__file__, _interpolant.__file__, _kinks.__file__)
 
 NEARER = 1e-6  # node spacings; feet that are nearer by less are the same
+DOUBT = 0.4  # node spacings; so badly is a contour known beside a kink
+BESIDE = 2.5  # node spacings from the contour: what its interpolant is made of
 
 
 @njit(cache=True, nogil=True)
@@ -240,3 +243,21 @@ def accept(shape, wraps, slot, nodes, feet, away, asked, fresh, marks):
     for q in range(count):
         marks[following[q]] = 0
     return following[:count].copy()
+
+
+@njit(cache=True, nogil=True)
+def keep(first, pieces, step, rows, flat, kinds, shape, wraps, gaps, spacing, nodes, feet, away):
+    """Leave the values of nodes whose feet are beside a kink, where new ones are no better."""
+    _, nm, nc = shape
+    for piece in range(first, pieces, step):
+        for n in range(piece * rows, min((piece + 1) * rows, len(nodes))):
+            node = nodes[n]
+            if away[n] > BESIDE:
+                continue
+            x, y, z = node // (nc * nm) + feet[n, 0], feet[n, 1], node % nc + feet[n, 2]
+            y += (node // nc) % nm
+            if (kind_around(kinds, shape, wraps, x, y, z) & HELD) == 0:
+                continue
+            given = abs(flat[node]) / spacing
+            if abs(given - away[n]) < DOUBT and not (gaps and given == 0.0):
+                away[n] = given

@@ -124,12 +124,18 @@ def foot(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
 
 
 @njit(cache=True, nogil=True)
-def kinked(kinds, shape, wraps, x, y, z):
-    """Whether the cell around a point is beside a kink, where contours of cells do not join."""
+def kind_around(kinds, shape, wraps, x, y, z):
+    """What is said of the cell around a point."""
     a, _, _ = two(x, shape[0], wraps[0])
     b = two(y, shape[1], wraps[1])[0] if shape[1] > 1 else 0
     c, _, _ = two(z, shape[2], wraps[2])
-    return (kinds[(a * shape[1] + b) * shape[2] + c] & 63) != 0
+    return kinds[(a * shape[1] + b) * shape[2] + c]
+
+
+@njit(cache=True, nogil=True)
+def kinked(kinds, shape, wraps, x, y, z):
+    """Whether the cell around a point is beside a kink, where contours of cells do not join."""
+    return (kind_around(kinds, shape, wraps, x, y, z) & 63) != 0
 
 
 @njit(cache=True, nogil=True)

@@ -6,12 +6,14 @@ from __future__ import annotations
 from numba import njit
 
 from levelset import _interpolant
-from levelset._interpolant import KIND_X, KIND_Y, KIND_Z, kind_of
+from levelset._interpolant import KIND_X, KIND_Y, KIND_Z, KINK, kind_of
 from remesh.compiled import drop_stale
 
 drop_stale(__file__, _interpolant.__file__)
 
 SEEN = 128  # a cell that was looked at
+HELD = 64  # a cell between kinks on both its sides where phi already is a distance
+LEAST, MOST = 0.9, 1.05  # slopes there: of all axes together at least, of any axis at most
 
 
 @njit(cache=True, nogil=True)
@@ -28,7 +30,7 @@ def around(low, size, wraps):
 
 
 @njit(cache=True, nogil=True)
-def find_kinks(first, pieces, step, rows, flat, shape, wraps, gaps, nodes, kinds):
+def find_kinks(first, pieces, step, rows, flat, shape, wraps, gaps, spacing, nodes, kinds):
     """Mark the cells around the nodes: ``kinds`` as the interpolant takes them, and `SEEN`."""
     nx, nm, nc = shape
     flatland = nm == 1
@@ -46,18 +48,27 @@ def find_kinks(first, pieces, step, rows, flat, shape, wraps, gaps, nodes, kinds
                             continue
                         cell = (px[1] * nm + py[1]) * nc + pz[1]
                         if kinds[cell] == 0:
-                            found = along(flat, px, py, pz, nm * nc, nc, 1, gaps) << KIND_X
-                            found |= along(flat, pz, px, py, 1, nm * nc, nc, gaps) << KIND_Z
+                            kx, sx, hx = along(flat, px, py, pz, nm * nc, nc, 1, gaps)
+                            kz, sz, hz = along(flat, pz, px, py, 1, nm * nc, nc, gaps)
+                            ky, sy, hy = 0, 0.0, False
                             if not flatland:
-                                found |= along(flat, py, px, pz, nc, nm * nc, 1, gaps) << KIND_Y
+                                ky, sy, hy = along(flat, py, px, pz, nc, nm * nc, 1, gaps)
+                            found = kx << KIND_X | ky << KIND_Y | kz << KIND_Z
+                            least = (LEAST * spacing) ** 2 < sx * sx + sy * sy + sz * sz
+                            even = least and max(sx, sy, sz) < MOST * spacing
+                            if even and (hx or hy or hz):
+                                found |= HELD
                             kinds[cell] = SEEN | found
 
 
 @njit(cache=True, nogil=True)
 def along(flat, line, across, beyond, stride, stride_across, stride_beyond, gaps):
-    """Kind of a cell along one axis, from the lines through its corners."""
+    """Kind of a cell along one axis; the largest slope; whether there are kinks on both sides.
+
+    From the lines through its corners.
+    """
     if line[0] < 0 or line[2] < 0 or line[3] < 0 or across[2] < 0 or beyond[2] < 0:
-        return 0
+        return 0, 0.0, False
     largest, ahead, turn_low, turn_high = 0.0, 0.0, 0.0, 0.0
     for q in range(1, 3):
         for r in range(1, 3):
@@ -65,9 +76,10 @@ def along(flat, line, across, beyond, stride, stride_across, stride_beyond, gaps
             f0, f1 = flat[base + line[0] * stride], flat[base + line[1] * stride]
             f2, f3 = flat[base + line[2] * stride], flat[base + line[3] * stride]
             if gaps and (f0 == 0.0 or f1 == 0.0 or f2 == 0.0 or f3 == 0.0):
-                return 0
+                return 0, 0.0, False
             largest = max(largest, abs(f1 - f0), abs(f2 - f1), abs(f3 - f2))
             low, high = f0 - 2.0 * f1 + f2, f1 - 2.0 * f2 + f3
             turn_low, turn_high = max(turn_low, abs(low)), max(turn_high, abs(high))
             ahead = max(ahead, abs(high - low))
-    return kind_of(largest, ahead, turn_low, turn_high)
+    kind = kind_of(largest, ahead, turn_low, turn_high)
+    return kind, largest, kind != 0 and min(turn_low, turn_high) > KINK * largest

@@ -67,7 +67,7 @@ class Front:
         if nodes is None:
             values = check_level_set(values, grid)
             known = np.empty(0, np.int64)
-            self.flat = np.ascontiguousarray(values, np.float64).reshape(-1)
+            self.flat: Array = np.ascontiguousarray(values, np.float64).reshape(-1)
         else:
             known = check_nodes(nodes, grid)
             values = check_band_values(values, grid, known).astype(np.float64, copy=False)
@@ -108,7 +108,7 @@ class Front:
         rows, pieces = pieces_of(self.count)
         share(
             _kinks.find_kinks, pieces, self.threads, rows, self.flat, self.shape, self.wraps,
-            self.gaps, first, self.kinds,
+            self.gaps, self.grid.spacing, first, self.kinds,
         )  # fmt: skip
         share(
             _closest.land_first, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
@@ -159,6 +159,16 @@ class Front:
             )
             if not len(asked):
                 return
+
+    def keep(self) -> None:
+        """Leave distances that were given where the contour, at a kink, is known no better."""
+        from levelset import _closest
+
+        rows, pieces = pieces_of(self.count)
+        share(
+            _closest.keep, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
+            self.wraps, self.gaps, self.grid.spacing, self.nodes, self._feet, self._away,
+        )  # fmt: skip
 
     def _grow(self, length: int) -> None:
         """Room for so many nodes; the lists double, so that growth costs as much as they do."""

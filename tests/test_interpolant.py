@@ -132,7 +132,7 @@ def test_a_kink_in_the_next_cell_is_left_out(ndim):
     kinds = np.zeros(N**ndim, np.uint8)
     shape = (N, N, N) if ndim == 3 else (N, 1, N)
     nodes = np.flatnonzero(np.abs(flat) < 1)
-    find_kinks(0, 1, 1, len(nodes), flat, shape, (False,) * 3, False, nodes, kinds)
+    find_kinks(0, 1, 1, len(nodes), flat, shape, (False,) * 3, False, 1.0, nodes, kinds)
     inner = np.array([0.0, 4.3, 4.6][:ndim])
     for x in (3.7, 5.5):
         point = (x, *inner[1:])
@@ -145,5 +145,5 @@ def test_smooth_cells_are_marked_as_seen_and_nothing_else():
     flat = _nodes(2, lambda x, y: np.hypot(x - 4, y - 12) - 8)
     kinds = np.zeros(N**2, np.uint8)
     nodes = np.flatnonzero(np.abs(flat) < 1)
-    find_kinks(0, 1, 1, len(nodes), flat, (N, 1, N), (False,) * 3, False, nodes, kinds)
+    find_kinks(0, 1, 1, len(nodes), flat, (N, 1, N), (False,) * 3, False, 1.0, nodes, kinds)
     assert set(kinds) == {0, SEEN}
