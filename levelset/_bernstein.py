@@ -118,14 +118,14 @@ def slope(coefficients, axis):
     return 3 * total, not (below and above)
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def basis(x):
     """The four cubics at x."""
     y = 1.0 - x
     return y * y * y, 3 * x * y * y, 3 * x * x * y, x * x * x
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def tangent(x):
     """Their derivatives at x."""
     y = 1.0 - x
@@ -149,7 +149,7 @@ def value(coefficients, x, y, z):
     return total
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def cubic(a, b, c, d, x):
     """The cubic of these coefficients at x."""
     y = 1.0 - x

@@ -38,7 +38,7 @@ def put(terms, at, weight, place, values, wanted):
         terms[at + 4] += weight * value(values, place[0], place[1], place[2])
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def dot(weights, a, b, c, d):
     """The sum of four products."""
     return weights[0] * a + weights[1] * b + weights[2] * c + weights[3] * d
@@ -183,7 +183,7 @@ def space(p, axes, box, surface, values, wanted, scratch, terms):
                     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True, inline="always")
+@njit(cache=True, nogil=True)
 def weighed(w, q):
     """The coefficients along the height, at one place of the side."""
     return (
@@ -244,11 +244,14 @@ def whole(box, values, wanted, terms):
 
 
 @njit(cache=True, nogil=True)
-def cut(pieces, boxes, surface, values, wanted, scratch, order, terms):
-    """Add the terms of the cell whose coefficients are ``pieces[0]``, in units of the cell."""
+def cut(plain, pieces, boxes, surface, values, wanted, scratch, order, terms):
+    """Add the terms of the cell whose coefficients are ``pieces[0]``, in units of the cell.
+
+    ``plain``: any array of as many dimensions as the mesh; what they do not need is not compiled.
+    """
     boxes[0, :3] = 0.0
     boxes[0, 3] = 1.0
-    deep = values.shape[2] == 4
+    deep = plain.ndim == 3
     top = 1
     while top > 0:
         top -= 1
@@ -260,7 +263,7 @@ def cut(pieces, boxes, surface, values, wanted, scratch, order, terms):
             continue
         axis, sure = heights(cell)
         second, third = 0, 0
-        if deep:
+        if plain.ndim == 3:
             second, third, fits = sides(cell, axis)
             sure &= fits
         if not sure and box[3] > FINEST:
@@ -274,7 +277,7 @@ def cut(pieces, boxes, surface, values, wanted, scratch, order, terms):
                     halve(pieces[top], k, upper == 1)
                     boxes[top, k] = own[k] + upper * 0.5 * own[3]
                 top += 1
-        elif deep:
+        elif plain.ndim == 3:
             turned(cell, axis, second, third, order)
             space(order, (axis, second, third), box, surface, values, wanted, scratch, terms)
         else:

@@ -190,7 +190,7 @@ def corners(flat, shape, gaps, cell):
 
 
 @njit(cache=True, nogil=True)
-def measure(flat, shape, wraps, gaps, cell, below, surface, values, wanted, work, terms):
+def measure(plain, flat, shape, wraps, gaps, cell, below, surface, values, wanted, work, terms):
     """Add the terms of a cell whose corners are all set, in units of the cell."""
     stack, boxes, extra, order, scratch, ready, found = work
     if wanted:
@@ -203,7 +203,7 @@ def measure(flat, shape, wraps, gaps, cell, below, surface, values, wanted, work
         if shape[2] > 1:
             kinds = (kinds[0], kinds[1], kind(stack[0], 2, leads))
         coefficients(stack[0], kinds)
-        cut(stack, boxes, surface, extra, wanted, scratch, order, terms)
+        cut(plain, stack, boxes, surface, extra, wanted, scratch, order, terms)
     elif below > 0:
         full(extra.mean() if wanted else 0.0, terms)
 
@@ -218,12 +218,13 @@ def full(mean, terms):
 
 @njit(cache=True, nogil=True)
 def integrals(
-    first, pieces, step, size, nodes, flat, shape, wraps, gaps, far, surface, values, wanted, result
-):
+    first, pieces, step, size, plain, nodes, flat, shape, wraps, gaps, far, surface, values, wanted,
+    result,
+):  # fmt: skip
     """Per piece of nodes: the terms over the cells that begin at these nodes, in node units.
 
     A cell that begins at a value beyond ``far`` is not crossed; with gaps, where corners are not
-    set, it is inside by the share of those that are.
+    set, it is inside by the share of those that are. ``plain``: see `cut`.
     """
     deep = 4 if shape[2] > 1 else 1
     work = (
@@ -255,8 +256,9 @@ def integrals(
                 below, known = corners(flat, shape, gaps, cell)
                 if known == (4 if deep == 1 else 8):
                     measure(
-                        flat, shape, wraps, gaps, cell, below, surface, values, wanted, work, terms
-                    )
+                        plain, flat, shape, wraps, gaps, cell, below, surface, values, wanted, work,
+                        terms,
+                    )  # fmt: skip
                 elif below > 0:
                     full(0.0, terms)
                     terms *= below / known

@@ -113,11 +113,12 @@ def _terms(
     from levelset import _quadrature
 
     given = laid.flat if values is None else values
+    ndim = 3 if laid.shape[2] > 1 else 2
     result = np.zeros((laid.pieces, 10))
     share(
-        _quadrature.integrals, laid.pieces, thread_count(threads), laid.size, laid.nodes, laid.flat,
-        laid.shape, laid.wraps, laid.gaps, _far(laid), surface, given, values is not None,
-        result,
+        _quadrature.integrals, laid.pieces, thread_count(threads), laid.size,
+        np.empty((0,) * ndim), laid.nodes, laid.flat, laid.shape, laid.wraps, laid.gaps,
+        _far(laid), surface, given, values is not None, result,
     )  # fmt: skip
     total: NDArray[np.float64] = result.sum(axis=0)
     return total
