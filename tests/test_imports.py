@@ -14,7 +14,18 @@ import levelset
 import pmesh
 import remesh
 
-HEAVY = ("h5py", "llvmlite", "matplotlib", "numba", "pyfftw", "rich", "scipy")
+HEAVY = (
+    "h5py",
+    "llvmlite",
+    "matplotlib",
+    "numba",
+    "pyfftw",
+    "pyvista",
+    "rich",
+    "scipy",
+    "skfmm",
+    "vtkmodules",
+)
 NAMES = {
     remesh: "Grid KERNELS Kernel p2m m2p remesh mollify InputError BlowUpError",
     levelset: "shapes",
