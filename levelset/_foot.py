@@ -83,28 +83,7 @@ def foot(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
             if turn % 3 == 0:
                 xx, yy, zz, xy, xz, yz = bend(flat, kinds, shape, wraps, gaps, x + u, y + v, z + w)
             k = (height + off) / length
-            hx = xx * nx + xy * ny + xz * nz
-            hy = xy * nx + yy * ny + yz * nz
-            hz = xz * nx + yz * ny + zz * nz
-            trace = k * (xx + yy + zz - (nx * hx + ny * hy + nz * hz))
-            minor = (
-                k
-                * k
-                * (
-                    nx * (nx * (yy * zz - yz * yz) + 2.0 * ny * (xz * yz - xy * zz))
-                    + ny * (ny * (xx * zz - xz * xz) + 2.0 * nz * (xy * xz - yz * xx))
-                    + nz * (nz * (xx * yy - xy * xy) + 2.0 * nx * (xy * yz - xz * yy))
-                )
-            )
-            det = 1.0 + trace + minor
-            if det > 0.1:
-                sx = k * (xx * tx + xy * ty + xz * tz)
-                sy = k * (xy * tx + yy * ty + yz * tz)
-                sz = k * (xz * tx + yz * ty + zz * tz)
-                along = sx * nx + sy * ny + sz * nz
-                tx = ((1.0 + trace) * tx - sx + along * nx) / det
-                ty = ((1.0 + trace) * ty - sy + along * ny) / det
-                tz = ((1.0 + trace) * tz - sz + along * nz) / det
+            tx, ty, tz = along(tx, ty, tz, nx, ny, nz, k, xx, yy, zz, xy, xz, yz)
         tx, ty, tz = tx - off * nx, ty - off * ny, tz - off * nz
         size = math.sqrt(tx * tx + ty * ty + tz * tz)
         if size > 1.0:
@@ -121,6 +100,34 @@ def foot(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c):
                 return u, v, w, away
             break
     return slide(flat, kinds, shape, wraps, gaps, x, y, z, a, b, c)
+
+
+@njit(cache=True, nogil=True)
+def along(tx, ty, tz, nx, ny, nz, k, xx, yy, zz, xy, xz, yz):
+    """The step along a contour that brings its foot below a node which is (tx, ty, tz) aside.
+
+    Solves (1 + k H) step = t in the tangent plane, H the second derivatives there: a node higher
+    by k over a curved contour is nearer to its foot than it is aside.
+    """
+    hx = xx * nx + xy * ny + xz * nz
+    hy = xy * nx + yy * ny + yz * nz
+    hz = xz * nx + yz * ny + zz * nz
+    trace = k * (xx + yy + zz - (nx * hx + ny * hy + nz * hz))
+    minor = nx * (nx * (yy * zz - yz * yz) + 2.0 * ny * (xz * yz - xy * zz))
+    minor += ny * (ny * (xx * zz - xz * xz) + 2.0 * nz * (xy * xz - yz * xx))
+    minor += nz * (nz * (xx * yy - xy * xy) + 2.0 * nx * (xy * yz - xz * yy))
+    det = 1.0 + trace + k * k * minor
+    if not det > 0.1:  # near a centre of curvature
+        return tx, ty, tz
+    sx = k * (xx * tx + xy * ty + xz * tz)
+    sy = k * (xy * tx + yy * ty + yz * tz)
+    sz = k * (xz * tx + yz * ty + zz * tz)
+    out = sx * nx + sy * ny + sz * nz
+    return (
+        ((1.0 + trace) * tx - sx + out * nx) / det,
+        ((1.0 + trace) * ty - sy + out * ny) / det,
+        ((1.0 + trace) * tz - sz + out * nz) / det,
+    )
 
 
 @njit(cache=True, nogil=True)
