@@ -158,7 +158,7 @@ def stretch(flat, nodes, cell, mid, matrix, low, high, center):
     count = 4 * len(mid)
     last = 1 + (len(mid) > 1)  # of the displacement's components
     matrix[:] = 0.0
-    matrix[1, 1] = 1.0
+    matrix[1, 1] = 1.0 if len(mid) == 1 else 0.0
     for axis in range(3):
         low[axis] = 1e300
         high[axis] = -1e300

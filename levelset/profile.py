@@ -34,9 +34,9 @@ def distance_of(values: Array, width: float) -> Array:
     target = LEVEL * (1.0 - left)
     for _ in range(30):
         square = x * x
-        slope = np.maximum((1.0 - square) ** 2, 1e-12)
+        slope = np.maximum((1.0 - square) ** 2, 1e-18)
         change = (x * (1.0 + square * (-2.0 / 3.0 + 0.2 * square)) - target) / slope
-        x = np.clip(x - change, 0.0, 1.0)
+        x = np.where(left > 1e-12, np.clip(x - change, 0.0, 1.0), 1.0)
         if np.abs(change[left > 1e-9]).max(initial=0.0) < 1e-15:
             break
     return np.asarray(np.copysign(x * width, level))

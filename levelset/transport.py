@@ -233,9 +233,18 @@ class ParticleLevelSet:
         return state.age >= self.remeshing
 
     def _on_nodes(self, band: Band, state: Interface) -> Interface:
-        return replace(
-            state, nodes=band.nodes, values=band.values, positions=places(self.grid, band.nodes)
-        )
+        """Particles on the nodes of a band; refuses one that reaches the end of an axis."""
+        positions = places(self.grid, band.nodes)
+        half = 0.5 * self.grid.spacing
+        for axis, (low, length) in enumerate(zip(self.grid.origin, self.grid.length, strict=True)):
+            along = positions[:, axis]
+            ends = (along < low + half) | (along > low + length - half)
+            if not self.grid.periodic[axis] and (band.values[ends] < 0).any():
+                raise InputError(
+                    f"the interface has reached the end of the box along axis {axis}",
+                    hint="a larger box, or a periodic axis",
+                )
+        return replace(state, nodes=band.nodes, values=band.values, positions=positions)
 
     def _redistanced(self, band: Band) -> Band:
         near = redistance_band(band.values, self.grid, band.nodes, self.reach, threads=self.threads)
