@@ -1,4 +1,4 @@
-"""Where an interface is: shapes by their signed distance."""
+"""Where an interface is: shapes, level sets on meshes and on particles, and what they measure."""
 
 from __future__ import annotations
 
@@ -7,8 +7,71 @@ from typing import TYPE_CHECKING
 from remesh.lazy import lazy_names
 
 if TYPE_CHECKING:
+    from levelset import laws as laws
     from levelset import shapes as shapes
+    from levelset.band import Band as Band
+    from levelset.closest import closest_points as closest_points
+    from levelset.curvature import curvature as curvature
+    from levelset.curvature import normal as normal
+    from levelset.curvature_flow import CurvatureFlow as CurvatureFlow
+    from levelset.extension import extend as extend
+    from levelset.quadrature import area as area
+    from levelset.quadrature import centroid as centroid
+    from levelset.quadrature import integrate as integrate
+    from levelset.quadrature import volume as volume
+    from levelset.redistance import redistance as redistance
+    from levelset.redistance import redistance_band as redistance_band
+    from levelset.surface import contours as contours
+    from levelset.surface import triangles as triangles
+    from levelset.surface_diffusion import SurfaceDiffusion as SurfaceDiffusion
+    from levelset.surface_operators import laplace_beltrami as laplace_beltrami
+    from levelset.surface_operators import surface_gradient as surface_gradient
+    from levelset.transport import ParticleLevelSet as ParticleLevelSet
 
-__all__ = ["shapes"]
+_HOME = {
+    "Band": "levelset.band",
+    "CurvatureFlow": "levelset.curvature_flow",
+    "ParticleLevelSet": "levelset.transport",
+    "SurfaceDiffusion": "levelset.surface_diffusion",
+    "area": "levelset.quadrature",
+    "centroid": "levelset.quadrature",
+    "closest_points": "levelset.closest",
+    "contours": "levelset.surface",
+    "curvature": "levelset.curvature",
+    "extend": "levelset.extension",
+    "integrate": "levelset.quadrature",
+    "laplace_beltrami": "levelset.surface_operators",
+    "laws": "levelset.laws",
+    "normal": "levelset.curvature",
+    "redistance": "levelset.redistance",
+    "redistance_band": "levelset.redistance",
+    "shapes": "levelset.shapes",
+    "surface_gradient": "levelset.surface_operators",
+    "triangles": "levelset.surface",
+    "volume": "levelset.quadrature",
+}
 
-__getattr__, __dir__ = lazy_names(globals(), {"shapes": "levelset.shapes"})
+__all__ = [
+    "Band",
+    "CurvatureFlow",
+    "ParticleLevelSet",
+    "SurfaceDiffusion",
+    "area",
+    "centroid",
+    "closest_points",
+    "contours",
+    "curvature",
+    "extend",
+    "integrate",
+    "laplace_beltrami",
+    "laws",
+    "normal",
+    "redistance",
+    "redistance_band",
+    "shapes",
+    "surface_gradient",
+    "triangles",
+    "volume",
+]
+
+__getattr__, __dir__ = lazy_names(globals(), _HOME)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from remesh.nodes import sample_nodes as sample_nodes
     from remesh.particles import Particles as Particles
     from remesh.particles import distortion as distortion
+    from remesh.reconstruction import reconstruct as reconstruct
     from remesh.stencils import curl as curl
     from remesh.stencils import divergence as divergence
     from remesh.stencils import gradient as gradient
@@ -45,6 +46,7 @@ __all__ = [
     "m2p",
     "mollify",
     "p2m",
+    "reconstruct",
     "remesh",
     "sample_nodes",
 ]
@@ -62,6 +64,7 @@ _HOME = {
     "sample_nodes": "remesh.nodes",
     "Particles": "remesh.particles",
     "distortion": "remesh.particles",
+    "reconstruct": "remesh.reconstruction",
     "curl": "remesh.stencils",
     "divergence": "remesh.stencils",
     "gradient": "remesh.stencils",
