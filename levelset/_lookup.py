@@ -13,31 +13,46 @@ import numpy as np
 from numba import njit
 
 TRIES = 8  # Newton steps
-CLOSE = 1e-5  # spacings: the last step then leaves its square times the bend of the map
+CLOSE = 1e-5  # spacings: what is left is taken off along the cell's gradient, to a tenth and better
 SLACK = 1e-9  # spacings by which a place may lie outside its cell
 FLAT = 0.9999  # of the level value: what is above is flat
-MARGIN = 0.3  # spacings around a cell from which Newton starts
+MARGIN = 0.3  # spacings around a cell from which Newton starts, at most
+LEAST = 0.02  # and at least
+LONGEST = 255  # run of neighbours that is told
 
 
 @njit(cache=True, nogil=True)
 def lay(first, pieces, step, size, nodes, positions, values, shape, known, fields):
-    """Displacements and values of particles to their home nodes; ``known`` marks these."""
+    """Displacements and values of particles to their home nodes, side by side in the last axis.
+
+    ``known``: how many nodes from here on along the last axis hold particles, 0 without one here.
+    """
     ndim = positions.shape[1]
-    row = shape[1] * shape[2]
+    columns = shape[2]
     marks = known.reshape(known.size)
-    flat = fields.reshape(fields.shape[0], known.size)
+    flat = fields.reshape(known.size, ndim + 1)
     for piece in range(first, pieces, step):
-        for p in range(piece * size, min((piece + 1) * size, nodes.size)):
+        stop = min((piece + 1) * size, nodes.size)
+        run = 0
+        for p in range(stop, min(stop + LONGEST, nodes.size)):
+            if nodes[p] != nodes[p - 1] + 1 or nodes[p] % columns == 0:
+                break
+            run += 1
+        for back in range(stop - piece * size):
+            p = stop - 1 - back
             node = nodes[p]
-            i = node // row
-            m = (node // shape[2]) % shape[1]
-            c = node % shape[2]
-            marks[node] = 1
-            flat[0, node] = positions[p, 0] - i
+            i = node // (shape[1] * columns)
+            m = (node // columns) % shape[1]
+            c = node % columns
+            if back and (nodes[p + 1] != node + 1 or c == columns - 1):
+                run = 0
+            run = min(run + 1, LONGEST)
+            marks[node] = run
+            flat[node, 0] = positions[p, 0] - i
             if ndim == 3:
-                flat[1, node] = positions[p, 1] - m
-            flat[ndim - 1, node] = positions[p, ndim - 1] - c
-            flat[ndim, node] = values[p]
+                flat[node, 1] = positions[p, 1] - m
+            flat[node, ndim - 1] = positions[p, ndim - 1] - c
+            flat[node, ndim] = values[p]
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -66,129 +81,195 @@ def weigh(s, coeffs, taps, terms, weights):
 
 
 @njit(cache=True, nogil=True)
-def find_cell(i, m, c, shape, periodic, left, taps, mid, rows, columns):
-    """Rows and columns that a stencil of the cell reads; False where it leaves the mesh."""
-    for a in range(len(taps)):
+def find_stencil(i, m, c, shape, periodic, left, marks, flat, taps, mid, copied):
+    """Where the stencil of a cell begins, strides of its planes and lines; -1 if not all is known.
+
+    Across a periodic edge it is copied, and -2 is where it begins.
+    """
+    width = len(taps)
+    columns, row = shape[2], shape[1] * shape[2]
+    deep = len(mid) > 1
+    if (
+        0 <= i - left
+        and i - left + width <= shape[0]
+        and 0 <= c - left
+        and c - left + width <= columns
+        and (not deep or (0 <= m - left and m - left + width <= shape[1]))
+    ):
+        start = (i - left) * row + (m - left if deep else 0) * columns + c - left
+        for a in range(width):
+            for b in range(len(mid)):
+                if marks[start + a * row + b * columns] < width:
+                    return -1, row, columns
+        return start, row, columns
+    k = 0
+    for a in range(width):
         x = wrapped(i + a - left, shape[0], periodic[0])
-        z = wrapped(c + a - left, shape[2], periodic[2])
-        if x < 0 or z < 0:
-            return False
-        columns[a] = z
         for b in range(len(mid)):
-            y = wrapped(m + b - left, shape[1], periodic[1]) if len(mid) > 1 else 0
-            if y < 0:
-                return False
-            rows[a * len(mid) + b] = (x * shape[1] + y) * shape[2]
-    return True
-
-
-@njit(cache=True, nogil=True)
-def all_known(known, rows, columns, taps, mid):
-    """Whether every node of a stencil holds a particle."""
-    found = np.uint8(1)
-    for line in range(len(taps) * len(mid)):
-        for t in range(len(taps)):
-            found &= known[rows[line] + columns[t]]
-    return found == 1
+            y = wrapped(m + b - left, shape[1], periodic[1]) if deep else 0
+            for d in range(width):
+                z = wrapped(c + d - left, columns, periodic[2])
+                if x < 0 or y < 0 or z < 0 or marks[x * row + y * columns + z] == 0:
+                    return -1, row, columns
+                copied[k] = flat[x * row + y * columns + z]
+                k += 1
+    return -2, width * len(mid), width
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
-def blend(field, rows, columns, whole, wa, wb, wc, taps, mid):
-    """A field at a place of a cell; ``whole``: its columns follow each other."""
-    total = 0.0
-    for a in range(len(taps)):
-        plane = 0.0
+def blend(flat, start, plane, line, wa, wb, wc, taps, mid):
+    """Displacement along the first, the middle and the last axis and value at a place of a cell."""
+    width = len(taps)
+    x = y = z = v = 0.0
+    for a in range(width):
+        ax = ay = az = av = 0.0
         for b in range(len(mid)):
-            start = rows[a * len(mid) + b]
-            along = 0.0
-            if whole:
-                line = field[start + columns[0] : start + columns[0] + len(taps)]
-                for t in range(len(taps)):
-                    along += wc[t] * line[t]
-            else:
-                for t in range(len(taps)):
-                    along += wc[t] * field[start + columns[t]]
+            begin = start + a * plane + b * line
+            near = flat[begin : begin + width]
+            bx = by = bz = bv = 0.0
+            for t in range(width):
+                if len(mid) > 1:
+                    bx += wc[t] * near[t, 0]
+                    by += wc[t] * near[t, 1]
+                    bz += wc[t] * near[t, 2]
+                    bv += wc[t] * near[t, 3]
+                else:
+                    ax += wc[t] * near[t, 0]
+                    az += wc[t] * near[t, 1]
+                    av += wc[t] * near[t, 2]
             if len(mid) > 1:
-                plane += wb[b] * along
-            else:
-                plane += along
-        total += wa[a] * plane
-    return total
+                ax += wb[b] * bx
+                ay += wb[b] * by
+                az += wb[b] * bz
+                av += wb[b] * bv
+        x += wa[a] * ax
+        y += wa[a] * ay
+        z += wa[a] * az
+        v += wa[a] * av
+    return x, y, z, v
 
 
 @njit(cache=True, nogil=True)
 def invert(matrix, inverse):
-    """Inverse of a 3 x 3 matrix; returns its determinant."""
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        for n in range(3):
-            p, q = (n + 1) % 3, (n + 2) % 3
-            inverse[n, i] = matrix[j, p] * matrix[k, q] - matrix[j, q] * matrix[k, p]
-    volume = 0.0
-    for n in range(3):
-        volume += matrix[0, n] * inverse[n, 0]
+    """Inverse of the upper 3 x 3 part of a matrix; returns its determinant."""
+    a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
+    d, e, f = matrix[1, 0], matrix[1, 1], matrix[1, 2]
+    g, h, i = matrix[2, 0], matrix[2, 1], matrix[2, 2]
+    volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     if volume != 0.0:
-        for i in range(3):
-            for n in range(3):
-                inverse[i, n] /= volume
+        one = 1.0 / volume
+        inverse[0, 0], inverse[0, 1] = one * (e * i - f * h), one * (c * h - b * i)
+        inverse[0, 2], inverse[1, 0] = one * (b * f - c * e), one * (f * g - d * i)
+        inverse[1, 1], inverse[1, 2] = one * (a * i - c * g), one * (c * d - a * f)
+        inverse[2, 0], inverse[2, 1] = one * (d * h - e * g), one * (b * g - a * h)
+        inverse[2, 2] = one * (a * e - b * d)
     return volume
 
 
 @njit(cache=True, nogil=True)
-def corners(i, m, c, shape, periodic, known, mid, nodes):
+def corners(node, i, m, c, shape, periodic, marks, pair, nodes):
     """Flat indices of a cell's corners, lowest first; False unless all hold particles."""
+    columns, row = shape[2], shape[1] * shape[2]
+    deep = len(pair) > 1
+    if i + 1 < shape[0] and c + 1 < columns and (not deep or m + 1 < shape[1]):
+        for a in range(2):
+            for b in range(len(pair)):
+                start = node + a * row + b * columns
+                if marks[start] < 2:
+                    return False
+                nodes[(a * len(pair) + b) * 2] = start
+                nodes[(a * len(pair) + b) * 2 + 1] = start + 1
+        return True
     for a in range(2):
-        for b in range(len(mid)):
+        x = wrapped(i + a, shape[0], periodic[0])
+        for b in range(len(pair)):
+            y = wrapped(m + b, shape[1], periodic[1]) if deep else 0
             for d in range(2):
-                x = wrapped(i + a, shape[0], periodic[0])
-                y = wrapped(m + b, shape[1], periodic[1]) if len(mid) > 1 else 0
-                z = wrapped(c + d, shape[2], periodic[2])
-                if x < 0 or y < 0 or z < 0:
+                z = wrapped(c + d, columns, periodic[2])
+                if x < 0 or y < 0 or z < 0 or marks[x * row + y * columns + z] == 0:
                     return False
-                node = (x * shape[1] + y) * shape[2] + z
-                if known[node] == 0:
-                    return False
-                nodes[(a * len(mid) + b) * 2 + d] = node
+                nodes[(a * len(pair) + b) * 2 + d] = x * row + y * columns + z
     return True
 
 
 @njit(cache=True, nogil=True)
-def stretch(flat, nodes, cell, mid, matrix, low, high, center):
-    """Gradient of the map in a cell, the box and the middle of its image."""
-    count = 4 * len(mid)
-    last = 1 + (len(mid) > 1)  # of the displacement's components
+def stretch(flat, nodes, i, m, c, pair, matrix, center, half):
+    """Image of a cell: ``center``, ``matrix`` (its fourth row: of the value), ``half`` its sides.
+
+    Returns how far a corner is from where these take it.
+    """
+    deep = len(pair) > 1
     matrix[:] = 0.0
-    matrix[1, 1] = 1.0 if len(mid) == 1 else 0.0
-    for axis in range(3):
-        low[axis] = 1e300
-        high[axis] = -1e300
-        center[axis] = 0.0
-    if len(mid) == 1:
-        low[1] = high[1] = 0.0
-    for k in range(count):
-        along = (k // (2 * len(mid)), (k // 2) % len(mid), k % 2)
-        for axis in range(3):
-            if axis == 1 and len(mid) == 1:
-                continue
-            part = 0 if axis == 0 else (1 if axis == 1 else last)
-            x = cell[axis] + along[axis] + flat[part, nodes[k]]
-            low[axis] = min(low[axis], x)
-            high[axis] = max(high[axis], x)
-            center[axis] += x / count
-            for other in range(3):
-                if other == 1 and len(mid) == 1:
-                    continue
-                matrix[axis, other] += (2 * along[other] - 1) * x * 2.0 / count
+    matrix[1, 1] = 0.0 if deep else 1.0
+    center[1], half[1] = m, 0.0
+    off = 0.0
+    for part in range(4 if deep else 3):
+        axis = part if deep else (0, 2, 3)[part]
+        if deep:
+            a, b = flat[nodes[0], part], flat[nodes[1], part]
+            c0, d = flat[nodes[2], part], flat[nodes[3], part]
+            e, f = flat[nodes[4], part], flat[nodes[5], part]
+            g, h = flat[nodes[6], part], flat[nodes[7], part]
+            along0 = 0.25 * ((e + f + g + h) - (a + b + c0 + d))
+            along1 = 0.25 * ((c0 + d + g + h) - (a + b + e + f))
+            along2 = 0.25 * ((b + d + f + h) - (a + c0 + e + g))
+            middle = 0.125 * (a + b + c0 + d + e + f + g + h)
+            mixed = abs((a + b) - (c0 + d) - (e + f) + (g + h))
+            mixed += abs((a + c0) - (b + d) - (e + g) + (f + h))
+            mixed += abs((a + e) - (b + f) - (c0 + g) + (d + h))
+            mixed += abs((a - b) - (c0 - d) - (e - f) + (g - h))
+            mixed *= 0.125
+        else:
+            a, b = flat[nodes[0], part], flat[nodes[1], part]
+            c0, d = flat[nodes[2], part], flat[nodes[3], part]
+            along0, along1, along2 = 0.5 * (c0 + d - a - b), 0.0, 0.5 * (b + d - a - c0)
+            middle = 0.25 * (a + b + c0 + d)
+            mixed = 0.25 * abs(a - b - c0 + d)
+        matrix[axis, 0], matrix[axis, 1], matrix[axis, 2] = along0, along1, along2
+        if axis < 3:
+            matrix[axis, axis] += 1.0
+            place = i if axis == 0 else (m if axis == 1 else c)
+            center[axis] = place + 0.5 + middle
+            half[axis] = 0.5 * (
+                abs(matrix[axis, 0])
+                + (abs(matrix[axis, 1]) if deep else 0.0)
+                + abs(matrix[axis, 2])
+            )
+            off = max(off, mixed)
+    return off
 
 
 @njit(cache=True, nogil=True)
-def all_flat(level, nodes, flat):
+def bend(flat, start, plane, line, taps, mid):
+    """How far the middle of a cell is from that of its corners: of pure second differences."""
+    left = len(taps) // 2 - 1
+    deep = len(mid) > 1
+    here = start + left * plane + (left * line if deep else 0) + left
+    most = 0.0
+    for part in range(3 if deep else 2):
+        total = 0.0
+        for axis in range(3):
+            if axis == 1 and not deep:
+                continue
+            jump = plane if axis == 0 else (line if axis == 1 else 1)
+            total += abs(
+                flat[here - jump, part]
+                - flat[here, part]
+                - flat[here + jump, part]
+                + flat[here + 2 * jump, part]
+            )
+        most = max(most, 0.0625 * total)
+    return most
+
+
+@njit(cache=True, nogil=True)
+def all_flat(flat, nodes, last, bound):
     """Whether the level set is flat in a cell, and so says nothing."""
-    lowest = highest = level[nodes[0]]
+    lowest = highest = flat[nodes[0], last]
     for node in nodes:
-        lowest = min(lowest, level[node])
-        highest = max(highest, level[node])
-    return lowest > flat or highest < -flat
+        lowest = min(lowest, flat[node, last])
+        highest = max(highest, flat[node, last])
+    return lowest > bound or highest < -bound
 
 
 @njit(cache=True, nogil=True)
@@ -204,116 +285,105 @@ def look_up(
     """
     width = len(taps)
     left = width // 2 - 1
-    ndim = fields.shape[0] - 1
+    ndim = fields.shape[-1] - 1
+    deep = len(mid) > 1
+    row, columns = shape[1] * shape[2], shape[2]
     marks = known.reshape(known.size)
-    flat = fields.reshape(fields.shape[0], known.size)
-    level = flat[ndim]
-    rows = np.empty(width * len(mid), np.int64)
-    columns = np.empty(width, np.int64)
+    flat = fields.reshape(known.size, ndim + 1)
+    copied = np.empty((width * width * len(mid), ndim + 1))
     edge = np.empty(4 * len(pair), np.int64)
     wa, wb, wc = np.empty(width), np.empty(width), np.empty(width)
-    matrix, inverse = np.empty((3, 3)), np.empty((3, 3))
-    low, high, center = np.empty(3), np.empty(3), np.empty(3)
-    place, gap, target = np.empty(3), np.empty(3), np.empty(3, np.int64)
-    cell = np.empty(3, np.int64)
+    matrix, inverse = np.empty((4, 3)), np.empty((3, 3))
+    center, half = np.empty(3), np.empty(3)
     for piece in range(first, pieces, step):
         count = 0
         folded = 0
         for p in range(piece * size, min((piece + 1) * size, nodes.size)):
-            cell[0] = nodes[p] // (shape[1] * shape[2])
-            cell[1] = (nodes[p] // shape[2]) % shape[1]
-            cell[2] = nodes[p] % shape[2]
-            if not corners(cell[0], cell[1], cell[2], shape, periodic, marks, pair, edge):
+            i, m, c = nodes[p] // row, (nodes[p] // columns) % shape[1], nodes[p] % columns
+            if not corners(nodes[p], i, m, c, shape, periodic, marks, pair, edge):
                 continue
-            if all_flat(level, edge, FLAT * plateau):
+            if all_flat(flat, edge, ndim, FLAT * plateau):
                 continue
-            stretch(flat, edge, cell, pair, matrix, low, high, center)
+            off = stretch(flat, edge, i, m, c, pair, matrix, center, half)
             if not invert(matrix, inverse) > 0.0:
                 folded += 1
                 continue
-            inside = find_cell(
-                cell[0], cell[1], cell[2], shape, periodic, left, taps, mid, rows, columns
+            start, plane, line = find_stencil(
+                i, m, c, shape, periodic, left, marks, flat, taps, mid, copied
             )
-            full = inside and all_known(marks, rows, columns, taps, mid)
-            whole = full and columns[width - 1] - columns[0] == width - 1
-            for x in range(np.ceil(low[0] - MARGIN), np.floor(high[0] + MARGIN) + 1):
-                for y in range(np.ceil(low[1] - MARGIN), np.floor(high[1] + MARGIN) + 1):
-                    for z in range(np.ceil(low[2] - MARGIN), np.floor(high[2] + MARGIN) + 1):
-                        target[0] = wrapped(np.int64(x), shape[0], periodic[0])
-                        target[1] = (
-                            wrapped(np.int64(y), shape[1], periodic[1]) if len(mid) > 1 else 0
-                        )
-                        target[2] = wrapped(np.int64(z), shape[2], periodic[2])
-                        if len(mid) == 1 and y != 0:
+            source, full = flat, start != -1
+            if start == -2:
+                source, start = copied, 0
+            margin = MARGIN
+            if full:
+                off += bend(source, start, plane, line, taps, mid)
+                size_of = 0.0
+                for n in range(3):
+                    size_of = max(
+                        size_of, abs(inverse[n, 0]) + abs(inverse[n, 1]) + abs(inverse[n, 2])
+                    )
+                margin = min(MARGIN, LEAST + 2.0 * off * size_of)
+            bound = 0.5 + margin
+            more = 1.0 + 2.0 * margin
+            for x in range(
+                np.int64(np.ceil(center[0] - more * half[0])),
+                np.int64(np.floor(center[0] + more * half[0])) + 1,
+            ):
+                tx = wrapped(x, shape[0], periodic[0])
+                for y in range(
+                    np.int64(np.ceil(center[1] - more * half[1])),
+                    np.int64(np.floor(center[1] + more * half[1])) + 1,
+                ):
+                    ty = wrapped(y, shape[1], periodic[1])
+                    for z in range(
+                        np.int64(np.ceil(center[2] - more * half[2])),
+                        np.int64(np.floor(center[2] + more * half[2])) + 1,
+                    ):
+                        tz = wrapped(z, columns, periodic[2])
+                        if tx < 0 or ty < 0 or tz < 0:
                             continue
-                        if target[0] < 0 or target[1] < 0 or target[2] < 0:
-                            continue
-                        gap[0], gap[1], gap[2] = x - center[0], y - center[1], z - center[2]
-                        near = True
-                        for n in range(3):
-                            place[n] = 0.0
-                            for k in range(3):
-                                place[n] += inverse[n, k] * gap[k]
-                            near &= abs(place[n]) < 0.5 + MARGIN
-                        if not near:
+                        gx, gy, gz = x - center[0], y - center[1], z - center[2]
+                        r = inverse[0, 0] * gx + inverse[0, 1] * gy + inverse[0, 2] * gz
+                        s = inverse[1, 0] * gx + inverse[1, 1] * gy + inverse[1, 2] * gz
+                        t = inverse[2, 0] * gx + inverse[2, 1] * gy + inverse[2, 2] * gz
+                        if max(abs(r), abs(s), abs(t)) > bound:
                             continue
                         value = 0.0
                         if full:
                             for _ in range(TRIES):
-                                weigh(place[0], coeffs, taps, terms, wa)
-                                weigh(place[2], coeffs, taps, terms, wc)
-                                if len(mid) > 1:
-                                    weigh(place[1], coeffs, taps, terms, wb)
-                                    gap[1] = (
-                                        y
-                                        - cell[1]
-                                        - 0.5
-                                        - place[1]
-                                        - blend(
-                                            flat[1], rows, columns, whole, wa, wb, wc, taps, mid
-                                        )
-                                    )
-                                gap[0] = (
-                                    x
-                                    - cell[0]
-                                    - 0.5
-                                    - place[0]
-                                    - blend(flat[0], rows, columns, whole, wa, wb, wc, taps, mid)
+                                weigh(r, coeffs, taps, terms, wa)
+                                weigh(t, coeffs, taps, terms, wc)
+                                if deep:
+                                    weigh(s, coeffs, taps, terms, wb)
+                                dx, dy, dz, value = blend(
+                                    source, start, plane, line, wa, wb, wc, taps, mid
                                 )
-                                gap[2] = (
-                                    z
-                                    - cell[2]
-                                    - 0.5
-                                    - place[2]
-                                    - blend(
-                                        flat[ndim - 1], rows, columns, whole, wa, wb, wc, taps, mid
-                                    )
-                                )
-                                far = 0.0
-                                for n in range(3):
-                                    for k in range(3):
-                                        place[n] += inverse[n, k] * gap[k]
-                                    far = max(far, abs(gap[n]))
-                                if not (far > CLOSE and far < 1.0):
+                                gx = x - i - 0.5 - r - dx
+                                gy = y - m - 0.5 - s - dy if deep else 0.0
+                                gz = z - c - 0.5 - t - dz
+                                dr = inverse[0, 0] * gx + inverse[0, 1] * gy + inverse[0, 2] * gz
+                                ds = inverse[1, 0] * gx + inverse[1, 1] * gy + inverse[1, 2] * gz
+                                dt = inverse[2, 0] * gx + inverse[2, 1] * gy + inverse[2, 2] * gz
+                                r, s, t = r + dr, s + ds, t + dt
+                                far = max(abs(gx), abs(gy), abs(gz))
+                                if far <= CLOSE:
+                                    value += matrix[3, 0] * dr + matrix[3, 1] * ds
+                                    value += matrix[3, 2] * dt
                                     break
-                            weigh(place[0], coeffs, taps, terms, wa)
-                            weigh(place[2], coeffs, taps, terms, wc)
-                            if len(mid) > 1:
-                                weigh(place[1], coeffs, taps, terms, wb)
-                            value = blend(level, rows, columns, whole, wa, wb, wc, taps, mid)
+                                if not far < 1.0 or max(abs(r), abs(s), abs(t)) > 0.5 + far:
+                                    break
                         else:  # the band's edge: straight between the corners
                             for k in range(4 * len(pair)):
-                                part = level[edge[k]]
-                                part *= 0.5 + (2 * (k // (2 * len(pair))) - 1) * place[0]
-                                part *= 0.5 + (2 * (k % 2) - 1) * place[2]
-                                if len(mid) > 1:
-                                    part *= 0.5 + (2 * ((k // 2) % len(pair)) - 1) * place[1]
+                                part = flat[edge[k], ndim]
+                                part *= 0.5 + (2 * (k // (2 * len(pair))) - 1) * r
+                                part *= 0.5 + (2 * (k % 2) - 1) * t
+                                if deep:
+                                    part *= 0.5 + (2 * ((k // 2) % len(pair)) - 1) * s
                                 value += part
-                        if max(abs(place[0]), abs(place[1]), abs(place[2])) > 0.5 + SLACK:
+                        if max(abs(r), abs(s), abs(t)) > 0.5 + SLACK:
                             continue
                         if count < found.shape[1]:
-                            node = (target[0] * shape[1] + target[1]) * shape[2] + target[2]
-                            found[piece, count] = node
+                            found[piece, count] = tx * row + ty * columns + tz
                             values[piece, count] = min(max(value, -plateau), plateau)
                         count += 1
         counts[piece] = count
@@ -420,67 +490,63 @@ def order(nodes, count, columns, starts, result):
 
 
 @njit(cache=True, nogil=True)
-def principal(first, pieces, step, size, nodes, shape, periodic, known, fields, mid, grams, folds):
+def principal(first, pieces, step, size, nodes, shape, periodic, known, fields, pair, grams, folds):
     """Cauchy-Green tensors of the map in the cells between particles, and how many are folded."""
     marks = known.reshape(known.size)
-    flat = fields.reshape(fields.shape[0], known.size)
-    edge = np.empty(4 * len(mid), np.int64)
-    matrix, inverse = np.empty((3, 3)), np.empty((3, 3))
-    low, high, center = np.empty(3), np.empty(3), np.empty(3)
-    cell = np.empty(3, np.int64)
+    flat = fields.reshape(known.size, fields.shape[-1])
+    row, columns = shape[1] * shape[2], shape[2]
+    edge = np.empty(4 * len(pair), np.int64)
+    matrix, inverse = np.empty((4, 3)), np.empty((3, 3))
+    center, half = np.empty(3), np.empty(3)
     for piece in range(first, pieces, step):
         folded = 0
         for p in range(piece * size, min((piece + 1) * size, nodes.size)):
-            for i in range(3):
-                for j in range(3):
-                    grams[p, i, j] = 1.0 if i == j else 0.0
-            cell[0] = nodes[p] // (shape[1] * shape[2])
-            cell[1] = (nodes[p] // shape[2]) % shape[1]
-            cell[2] = nodes[p] % shape[2]
-            if not corners(cell[0], cell[1], cell[2], shape, periodic, marks, mid, edge):
+            for a in range(3):
+                for b in range(3):
+                    grams[p, a, b] = 1.0 if a == b else 0.0
+            i, m, c = nodes[p] // row, (nodes[p] // columns) % shape[1], nodes[p] % columns
+            if not corners(nodes[p], i, m, c, shape, periodic, marks, pair, edge):
                 continue
-            stretch(flat, edge, cell, mid, matrix, low, high, center)
+            stretch(flat, edge, i, m, c, pair, matrix, center, half)
             folded += not invert(matrix, inverse) > 0.0
-            for i in range(3):
-                for j in range(3):
+            for a in range(3):
+                for b in range(3):
                     total = 0.0
                     for k in range(3):
-                        total += matrix[k, i] * matrix[k, j]
-                    grams[p, i, j] = total
+                        total += matrix[k, a] * matrix[k, b]
+                    grams[p, a, b] = total
         folds[piece] = folded
 
 
 @njit(cache=True, nogil=True)
 def strain(
-    first, pieces, step, size, nodes, shape, periodic, known, fields, rates, mid, largest
+    first, pieces, step, size, nodes, shape, periodic, known, fields, rates, pair, largest
 ):  # fmt: skip
     """Largest row sum of |du_i/dx_j| in each piece; ``rates`` hold velocities as displacements."""
     marks = known.reshape(known.size)
-    flat = fields.reshape(fields.shape[0], known.size)
-    speeds = rates.reshape(rates.shape[0], known.size)
-    edge = np.empty(4 * len(mid), np.int64)
-    matrix, inverse, growth = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
-    low, high, center = np.empty(3), np.empty(3), np.empty(3)
-    cell = np.empty(3, np.int64)
+    flat = fields.reshape(known.size, fields.shape[-1])
+    speeds = rates.reshape(known.size, rates.shape[-1])
+    row, columns = shape[1] * shape[2], shape[2]
+    edge = np.empty(4 * len(pair), np.int64)
+    matrix, inverse, growth = np.empty((4, 3)), np.empty((3, 3)), np.empty((4, 3))
+    center, half = np.empty(3), np.empty(3)
     for piece in range(first, pieces, step):
         top = 0.0
         for p in range(piece * size, min((piece + 1) * size, nodes.size)):
-            cell[0] = nodes[p] // (shape[1] * shape[2])
-            cell[1] = (nodes[p] // shape[2]) % shape[1]
-            cell[2] = nodes[p] % shape[2]
-            if not corners(cell[0], cell[1], cell[2], shape, periodic, marks, mid, edge):
+            i, m, c = nodes[p] // row, (nodes[p] // columns) % shape[1], nodes[p] % columns
+            if not corners(nodes[p], i, m, c, shape, periodic, marks, pair, edge):
                 continue
-            stretch(flat, edge, cell, mid, matrix, low, high, center)
+            stretch(flat, edge, i, m, c, pair, matrix, center, half)
             if not invert(matrix, inverse) > 0.0:
                 continue
-            stretch(speeds, edge, cell, mid, growth, low, high, center)
-            for i in range(3):
-                growth[i, i] -= 1.0
+            stretch(speeds, edge, i, m, c, pair, growth, center, half)
+            for a in range(3):
+                growth[a, a] -= 1.0
                 total = 0.0
-                for j in range(3):
+                for b in range(3):
                     part = 0.0
                     for k in range(3):
-                        part += growth[i, k] * inverse[k, j]
+                        part += growth[a, k] * inverse[k, b]
                     total += abs(part)
                 top = max(top, total)
         largest[piece] = top

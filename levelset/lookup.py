@@ -36,7 +36,7 @@ class Lattice:
         self.shape, self.wraps = _three(grid)
         self.mid = (0, 0) if grid.ndim == 3 else (0,)  # corners of a cell along the middle axis
         self.known = np.zeros(self.shape, np.uint8)
-        self.fields = np.zeros((grid.ndim + 1, *self.shape))  # displacement in spacings, values
+        self.fields = np.zeros((*self.shape, grid.ndim + 1))  # displacement in spacings, value
         self.size, self.pieces = split(len(nodes))
         local: Array = (positions - np.array(grid.origin)) / grid.spacing
         share(
