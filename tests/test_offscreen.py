@@ -40,13 +40,9 @@ def test_a_process_that_draws_says_nothing_and_ends_well() -> None:
 
 @linux
 @pytest.mark.skipif(WINDOW in os.environ, reason="the user chose a window")
-def test_without_a_driver_the_error_says_what_to_install() -> None:
+def test_without_a_driver_a_process_draws_all_the_same() -> None:
     done = drawn(__EGL_VENDOR_LIBRARY_FILENAMES="/nowhere", DISPLAY="")
-    if done.returncode == 0:
-        pytest.skip("drivers are not found by that variable here")
-    assert "PictureError" in done.stderr
-    assert "apt install libegl1" in done.stderr
-    assert "WARN" not in done.stderr
+    assert (done.returncode, done.stdout, done.stderr) == (0, "(48, 64, 3)\n", "")
 
 
 @linux

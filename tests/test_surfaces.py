@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from pmesh.cases import surfaces
 from pmesh.cases.offscreen import can_render
 from pmesh.cases.style import panels
 from pmesh.cases.surfaces import Layer, render, show_surface
@@ -16,9 +17,17 @@ from remesh.errors import InputError
 from remesh.grid import Grid
 
 needs_opengl = pytest.mark.skipif(not can_render(), reason="no OpenGL here")
+both_ways = pytest.mark.usefixtures("way")
 GRID = Grid((33, 33, 33), 1 / 16, (-1.0, -1.0, -1.0))
 SMALL = {"size": (160, 120), "ground": False}
 ROOM = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
+
+
+@pytest.fixture(params=[pytest.param("VTK", marks=needs_opengl), "plain"])
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What draws."""
+    if request.param == "plain":
+        monkeypatch.setattr(surfaces, "can_render", lambda: False)
 
 
 class Triangles(NamedTuple):
@@ -56,7 +65,7 @@ def pair(first: tuple[Any, Grid], second: tuple[Any, Grid], **options: Any) -> A
     return render(red, blue, bounds=ROOM, **(SMALL | options))
 
 
-@needs_opengl
+@both_ways
 def test_a_picture_is_of_the_asked_size_and_white_around_the_surface() -> None:
     image = render(ball(), **SMALL)
     assert (image.shape, image.dtype) == ((120, 160, 3), np.uint8)
@@ -64,7 +73,7 @@ def test_a_picture_is_of_the_asked_size_and_white_around_the_surface() -> None:
     assert (image[60, 80] < 255).any()
 
 
-@needs_opengl
+@both_ways
 def test_z_points_up_and_x_right_seen_from_azimuth_minus_90() -> None:
     image = pair(ball(0.5, radius=0.3), ball(-0.5, radius=0.3), view=(-90.0, 10.0))
     assert middle(reddish(image))[1] > middle(bluish(image))[1] + 40
@@ -72,7 +81,7 @@ def test_z_points_up_and_x_right_seen_from_azimuth_minus_90() -> None:
     assert middle(reddish(image))[0] < middle(bluish(image))[0] - 30
 
 
-@needs_opengl
+@both_ways
 def test_what_is_nearer_hides_what_is_behind_unless_it_is_translucent() -> None:
     near, far = ball(y=-0.6, radius=0.35), ball(y=0.4, radius=0.3)
     assert not bluish(pair(near, far, view=(-90.0, 0.1))).any()
@@ -82,7 +91,7 @@ def test_what_is_nearer_hides_what_is_behind_unless_it_is_translucent() -> None:
     assert bluish(image)[60, 80]
 
 
-@needs_opengl
+@both_ways
 def test_light_comes_from_the_upper_left() -> None:
     image = render(ball(), **SMALL).astype(float).mean(axis=-1)
     assert image[40, 65] > image[85, 100] + 30
@@ -98,7 +107,7 @@ def test_hollows_are_darker_than_open_faces() -> None:
     assert image[60, 80].mean() < 0.95 * image[60, 55].mean()
 
 
-@needs_opengl
+@both_ways
 def test_a_sheet_thinner_than_a_cell_is_lit_like_a_thick_plate() -> None:
     """phi rises six times as steeply below it: its gradient at the nodes inside points down."""
     z = GRID.points()[2]
@@ -108,7 +117,7 @@ def test_a_sheet_thinner_than_a_cell_is_lit_like_a_thick_plate() -> None:
     assert sheet[60, 80] == pytest.approx(plate[60, 80], rel=0.1)
 
 
-@needs_opengl
+@both_ways
 def test_normals_that_point_inward_do_not_turn_the_light_off() -> None:
     import pyvista
 
@@ -118,7 +127,7 @@ def test_normals_that_point_inward_do_not_turn_the_light_off() -> None:
     assert np.abs(one - render(ball(), bounds=ROOM, **SMALL)).mean() < 2.0
 
 
-@needs_opengl
+@both_ways
 def test_all_of_a_surface_is_seen_and_it_fills_the_picture() -> None:
     for shift in (0.0, 0.45):
         seen = np.argwhere((render(ball(shift, shift, -shift), **SMALL) < 250).any(axis=-1))
@@ -128,7 +137,7 @@ def test_all_of_a_surface_is_seen_and_it_fills_the_picture() -> None:
         assert (high - low).max() > 0.8 * 120
 
 
-@needs_opengl
+@both_ways
 def test_bounds_hold_the_camera_still() -> None:
     large, little = (
         (render(ball(radius=r), bounds=ROOM, **SMALL) < 250).any(axis=-1).sum() for r in (0.6, 0.3)
@@ -136,7 +145,7 @@ def test_bounds_hold_the_camera_still() -> None:
     assert large / little == pytest.approx(4.0, rel=0.1)
 
 
-@needs_opengl
+@both_ways
 def test_triangles_and_a_level_set_of_one_sphere_give_one_picture() -> None:
     import pyvista
 
@@ -147,7 +156,7 @@ def test_triangles_and_a_level_set_of_one_sphere_give_one_picture() -> None:
     assert np.abs(one - other).mean() < 2.0
 
 
-@needs_opengl
+@both_ways
 def test_values_colour_the_surface_between_their_limits() -> None:
     x = GRID.points()[0]
     layer = Layer(surface=ball(), values=x, colours="coolwarm", limits=(-0.5, 0.5))
@@ -157,7 +166,7 @@ def test_values_colour_the_surface_between_their_limits() -> None:
     assert not reddish(render(cold, **SMALL)).any()
 
 
-@needs_opengl
+@both_ways
 def test_without_a_background_the_picture_has_alpha_and_colours_of_its_own() -> None:
     white = render(ball(), size=(160, 120))
     clear = render(ball(), size=(160, 120), background=None)
@@ -171,7 +180,7 @@ def test_without_a_background_the_picture_has_alpha_and_colours_of_its_own() -> 
     assert np.median(shadow[:, :3], axis=0).max() < 90
 
 
-@needs_opengl
+@both_ways
 def test_the_shadow_lies_below_and_is_left_out_when_seen_from_there() -> None:
     options: dict[str, Any] = {"bounds": ROOM, "size": (160, 120)}
     dry = render(ball(), ground=False, **options).astype(int)
@@ -184,7 +193,7 @@ def test_the_shadow_lies_below_and_is_left_out_when_seen_from_there() -> None:
     assert np.array_equal(*from_below)
 
 
-@needs_opengl
+@both_ways
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_the_box_is_drawn_in_grey(dtype: type) -> None:
     phi, grid = ball(radius=0.1)
@@ -195,12 +204,47 @@ def test_the_box_is_drawn_in_grey(dtype: type) -> None:
     assert np.ptp(boxed[drawn].astype(int), axis=-1).max() <= 2
 
 
-@needs_opengl
+@both_ways
 def test_the_same_surface_is_drawn_the_same_twice_and_nothing_given_is_changed() -> None:
     phi, grid = ball()
     kept = phi.copy()
     assert np.array_equal(render((phi, grid), **SMALL), render((phi, grid), **SMALL))
     assert np.array_equal(phi, kept)
+
+
+@needs_opengl
+def test_a_machine_without_opengl_draws_the_same_picture(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Shadow, box, values and highlights included; only hollows differ, and here are none."""
+    x, y, z = GRID.points()
+    away = np.sqrt((x / 0.7) ** 2 + (y / 0.5) ** 2 + (z / 0.4) ** 2) - 1.0
+    options: dict[str, Any] = {"size": (320, 240), "background": "#e0e8f0"}
+    for layer, box in (
+        (Layer(surface=(away, GRID), colour=surfaces.COPPER), True),
+        (Layer(surface=(away, GRID), values=np.sin(6 * z), colours="coolwarm"), False),
+        (Layer(surface=(away, GRID), opacity=0.5), False),
+    ):
+        one = render(layer, box=box, bounds=ROOM, **options).astype(float)
+        with monkeypatch.context() as patch:
+            patch.setattr(surfaces, "can_render", lambda: False)
+            other = render(layer, box=box, bounds=ROOM, **options)
+        assert np.abs(one - other).mean() < 1.0
+        assert np.quantile(np.abs(one - other), 0.95) < 6.0
+
+
+@both_ways
+def test_values_that_are_not_known_are_grey() -> None:
+    values = np.where(GRID.points()[0] > 0, np.nan, 0.0)
+    layer = Layer(surface=ball(), values=values, colours="coolwarm", limits=(0.0, 1.0))
+    image = render(layer, view=(-90.0, 10.0), **SMALL)
+    assert bluish(image)[60, 50]
+    assert np.ptp(image[60, 110].astype(int)) < 20
+
+
+@both_ways
+def test_a_picture_from_a_level_height_or_from_above_is_drawn_too() -> None:
+    for elevation in (0.0, 1e-9, 5.0, 90.0):
+        image = render(ball(), view=(0.0, elevation), size=(80, 60))
+        assert bluish(image)[30, 40]
 
 
 def test_a_panel_shows_a_picture_without_axes_and_with_a_bar_if_asked() -> None:
@@ -216,13 +260,15 @@ def test_a_panel_shows_a_picture_without_axes_and_with_a_bar_if_asked() -> None:
 CORNER = Triangles(np.eye(3), np.array([[0, 1, 2]]))
 REFUSED: list[tuple[Callable[[], object], str]] = [
     (lambda: render(), "at least one surface"),
-    (lambda: render((np.ones(GRID.shape), GRID)), "no zero contour"),
-    (lambda: render((np.full(GRID.shape, np.nan), GRID)), "phi must be finite"),
+    (lambda: render((np.ones(GRID.shape), GRID)), "no contour"),
+    (lambda: render((np.full(GRID.shape, np.nan), GRID)), "finite"),
     (lambda: render((np.zeros((4, 4)), Grid((4, 4), 1.0))), "a grid in space"),
     (lambda: render(Layer(surface=ball(), values=np.zeros(5))), "values must have the shape"),
     (lambda: render(Triangles(np.zeros((3, 2)), np.zeros((1, 3), int))), "vertices must have"),
     (lambda: render(Triangles(np.eye(3), np.zeros((0, 3), int))), "no triangles"),
     (lambda: render(Triangles(np.inf * np.ones((3, 3)), CORNER.faces)), "vertices must be finite"),
+    (lambda: render(Triangles(np.eye(3), np.array([[0, 1, 3]]))), "places in 3 vertices"),
+    (lambda: render(Triangles(np.eye(3), np.array([[0.0, 1.0, 2.0]]))), "places in 3 vertices"),
     (lambda: render(Layer(surface=CORNER, values=np.zeros(5))), r"values must have shape \(3,\)"),
     (lambda: render(ball(), bounds=((1, 1, 1), (0, 0, 0))), "bounds must be"),
 ]

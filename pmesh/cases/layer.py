@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,46 +43,55 @@ class Layer:
     limits: tuple[float, float] | None = None  # of the map; those of the values if None
 
 
-def mesh_of(layer: Layer) -> Any:
-    """The surface as VTK takes it: with point normals, and with "values" if it has some."""
-    import pyvista
+class Mesh(NamedTuple):
+    """Triangles ready to be lit."""
 
+    points: NDArray[np.float64]  # (n, 3) [L]
+    faces: NDArray[np.int64]  # (m, 3)
+    normals: NDArray[np.float64]  # (n, 3), unit
+    values: NDArray[np.float64] | None  # (n,)
+
+
+def mesh_of(layer: Layer) -> Mesh:
+    """The triangles of a layer, with normals that light falls well on."""
     surface: Any = layer.surface
     if not hasattr(surface, "vertices"):
         return _contour(surface[0], surface[1], layer.values)
-    vertices = np.asarray(surface.vertices, np.float64)
-    faces = np.asarray(surface.faces)
-    if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
+    points = np.ascontiguousarray(surface.vertices, np.float64)
+    faces = np.ascontiguousarray(surface.faces)
+    if points.ndim != 2 or points.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3:
         raise InputError(
-            f"vertices must have shape (n, 3) and faces (m, 3), got {vertices.shape} and "
+            f"vertices must have shape (n, 3) and faces (m, 3), got {points.shape} and "
             f"{faces.shape}",
             hint="render((phi, grid))",
         )
     if not len(faces):
         raise InputError("the surface has no triangles", hint="a level set with both signs")
-    if not np.isfinite(vertices).all():
+    if faces.dtype.kind not in "iu" or faces.min() < 0 or faces.max() >= len(points):
+        raise InputError(
+            f"faces must be places in {len(points)} vertices, got {faces.dtype} from "
+            f"{faces.min()} to {faces.max()}",
+            hint="count vertices from 0",
+        )
+    if not np.isfinite(points).all():
         raise InputError("vertices must be finite", hint="check the level set they come from")
-    mesh = pyvista.PolyData.from_regular_faces(vertices, faces)
+    values = None if layer.values is None else np.asarray(layer.values, np.float64)
+    if values is not None and values.shape != (len(points),):
+        raise InputError(
+            f"values must have shape ({len(points)},), got {values.shape}",
+            hint="one value per vertex",
+        )
+    faces = faces.astype(np.int64)
     normals = getattr(surface, "normals", None)
     if normals is None:
-        mesh = mesh.compute_normals(cell_normals=False, split_vertices=False)
-    else:
-        mesh.point_data["Normals"] = np.asarray(normals, np.float64)
-        _mend_normals(mesh)
-    if layer.values is not None:
-        values = np.asarray(layer.values)
-        if values.shape != (len(vertices),):
-            raise InputError(
-                f"values must have shape ({len(vertices)},), got {values.shape}",
-                hint="one value per vertex",
-            )
-        mesh.point_data["values"] = values
-    return mesh
+        return Mesh(points, faces, _smooth(points, faces), values)
+    return Mesh(points, faces, _mended(points, faces, np.asarray(normals, np.float64)), values)
 
 
-def _contour(phi: Array, grid: Grid, values: Array | None) -> Any:
+def _contour(phi: Array, grid: Grid, values: Array | None) -> Mesh:
     """The zero contour of a level set, normals from its gradient."""
-    import pyvista
+    from levelset.extension import values_at
+    from levelset.surface import triangles
 
     phi = np.asarray(phi)
     for name, field in (("phi", phi), ("values", phi if values is None else np.asarray(values))):
@@ -91,32 +100,44 @@ def _contour(phi: Array, grid: Grid, values: Array | None) -> Any:
                 f"{name} must have the shape of a grid in space, {grid.shape}, got {field.shape}",
                 hint="render((phi, grid)) with nodal values",
             )
-    if not np.isfinite(phi).all():
-        raise InputError("phi must be finite", hint="fill the nodes beyond the band")
-    image = pyvista.ImageData(
-        dimensions=grid.shape, spacing=(grid.spacing,) * 3, origin=grid.origin
-    )
-    image.point_data["phi"] = phi.ravel(order="F")
-    if values is not None:
-        image.point_data["values"] = np.asarray(values).ravel(order="F")
-    mesh = image.contour([0.0], scalars="phi", method="contour", compute_normals=True)
-    if not mesh.n_cells:
-        raise InputError("the level set has no zero contour", hint="a phi of both signs")
-    _mend_normals(mesh)
-    return mesh
+    found = triangles(phi, grid)
+    points, faces = found.vertices, found.faces
+    mesh = Mesh(points, faces, _mended(points, faces, found.normals), None)
+    if values is None:
+        return mesh
+    known: Any = values_at(np.asarray(values, np.float64), points, grid)
+    return mesh._replace(values=known)
 
 
-def _mend_normals(mesh: Any) -> None:
+def _smooth(points: Any, faces: Any) -> NDArray[np.float64]:
+    """Normals at the points of triangles of any sense, turned to agree with their neighbours."""
+    import pyvista
+
+    mesh = pyvista.PolyData.from_regular_faces(points, faces)
+    told = mesh.compute_normals(cell_normals=False, split_vertices=False)
+    return np.asarray(told.point_data["Normals"], np.float64)
+
+
+def _mended(
+    points: Array, faces: NDArray[np.int64], smooth: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Go over to the triangles' normals where those of the gradient differ from them.
 
     So they do in sheets of a cell or two, which differences reach across; elsewhere they are
     smoother.
     """
-    options = {"cell_normals": False, "split_vertices": False, "consistent_normals": False}
-    smooth = np.array(mesh.point_data.pop("Normals"))  # VTK would pass them on as they are
-    flat = mesh.compute_normals(**options).point_data["Normals"]
+    a, b, c = (points[faces[:, k]] for k in range(3))
+    across = np.cross(b - a, c - a)  # twice the area: large triangles count for more
+    total = np.zeros_like(smooth)
+    for axis in range(3):
+        part = np.repeat(across[:, axis], 3)
+        total[:, axis] = np.bincount(faces.ravel(), part, minlength=len(points))
+    flat = _unit(total)
     cosine = (flat * smooth).sum(axis=1, keepdims=True)
     trust = np.clip((cosine - DIFFER) / (AGREE - DIFFER), 0.0, 1.0)
-    both = flat + trust * (smooth - flat)
-    mesh.point_data["Normals"] = both / np.linalg.norm(both, axis=1, keepdims=True)
-    mesh.point_data.active_normals_name = "Normals"
+    return _unit(flat + trust * (smooth - flat))
+
+
+def _unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.maximum(length, 1e-300))

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.cases.layer import COPPER, PLUM, SAGE, STEEL, Layer, Surface, Triangles, mesh_of
-from pmesh.cases.offscreen import PictureError, can_render, window
+from pmesh.cases.camera import LENS, Camera, aimed
+from pmesh.cases.layer import COPPER, PLUM, SAGE, STEEL, Layer, Mesh, Surface, Triangles, mesh_of
+from pmesh.cases.offscreen import can_render, window
+from pmesh.cases.plain import (
+    AMBIENT,
+    DIFFUSE,
+    EDGES,
+    LIGHTS,
+    POWER,
+    SHADE,
+    SPECULAR,
+    UNKNOWN,
+    Shadow,
+    covered,
+    draw,
+)
 from remesh.errors import InputError
 
 if TYPE_CHECKING:
@@ -27,7 +40,6 @@ __all__ = [
     "SAGE",
     "STEEL",
     "Layer",
-    "PictureError",
     "Surface",
     "Triangles",
     "can_render",
@@ -35,17 +47,8 @@ __all__ = [
     "show_surface",
 ]
 
-EDGES, SHADE = "#9a9a9a", (40, 46, 56)
-LENS = 22.0  # opening of the camera, from the lower to the upper edge [degrees]
-MARGIN = 0.05  # of the picture that stays free at each edge
 DROP = 0.03  # of the diagonal, from what is shown down to its shadow
-# Lights seen from the camera (right, up, towards it), colour and strength: key, fill, two rims.
-LIGHTS = (
-    ((-0.75, 0.9, 0.8), "#fff6ea", 0.74),
-    ((0.9, 0.1, 0.7), "#e6efff", 0.42),
-    ((0.2, 0.8, -1.0), "#ffffff", 0.30),
-    ((-0.9, -0.2, -0.6), "#dfe8ff", 0.18),
-)
+COVER = 256  # pixels along a side of the shadow
 
 
 def render(
@@ -63,40 +66,28 @@ def render(
     x points right. ``bounds``: lower and upper corner of what is shown, the same for every
     picture of a sequence; that around the surfaces if None. ``box`` draws the edges of the bounds,
     ``ground`` a soft shadow below (not if seen from there), ``size`` is width and height in pixels.
-    Refuses surfaces that are empty or not finite, and fails with a PictureError, before VTK would
-    break, on a machine without OpenGL (software will do).
+    Drawn by VTK; where it cannot draw, on a machine without OpenGL (software will do), by plain
+    loops over triangles and pixels: the same view, colours, light and shadow on the ground, but no
+    shade in the hollows. Refuses surfaces that are empty or not finite.
     """
     told = [layer if isinstance(layer, Layer) else Layer(surface=layer) for layer in layers]
     if not told:
         raise InputError("render needs at least one surface", hint="render((phi, grid))")
-    import pyvista
-
     meshes = [mesh_of(layer) for layer in told]
-    points = np.concatenate([mesh.points for mesh in meshes]).astype(np.float64)
+    points = np.concatenate([mesh.points for mesh in meshes])
     low, high = (points.min(axis=0), points.max(axis=0)) if bounds is None else _corners(bounds)
     extent = float(np.linalg.norm(high - low))
-    with window():
-        plotter = pyvista.Plotter(off_screen=True, window_size=list(size), lighting="none")
-        try:
-            for layer, mesh in zip(told, meshes, strict=True):
-                _add(plotter, layer, mesh)
-            floor = float(low[2]) - DROP * extent
-            shown = _eight(low, high) if box or bounds is not None else points
-            if ground and view[1] > 0.0:
-                _shade_ground(plotter, told, meshes, floor)
-                shown = np.concatenate([shown, shown * (1, 1, 0) + (0, 0, floor)])
-            if box:
-                edges = pyvista.Box(bounds=tuple(np.stack([low, high], axis=1).ravel()))
-                plotter.add_mesh(
-                    edges, style="wireframe", color=EDGES, line_width=1.5, lighting=False
-                )
-            _light(plotter, extent)
-            _aim(plotter, shown, view, size)
-            plotter.set_background(background or "white")  # type: ignore[arg-type]
-            picture = plotter.screenshot(return_img=True, transparent_background=not background)
-        finally:
-            plotter.close()
-    return np.array(picture) if background else _without_white(np.asarray(picture))
+    shown, shadow = _eight(low, high) if box or bounds is not None else points, None
+    if ground and view[1] > 0.0:
+        floor = float(low[2]) - DROP * extent
+        shadow = _shadow(told, meshes, floor)
+        shown = np.concatenate([shown, shown * (1, 1, 0) + (0, 0, floor)])
+    camera = aimed(shown, view, size)
+    if not can_render():
+        edges = _edges(low, high) if box else None
+        return draw(told, meshes, camera, shadow=shadow, edges=edges, background=background)
+    corners = (low, high) if box else None
+    return _by_vtk(told, meshes, camera, shadow, corners, extent, background)
 
 
 def show_surface(
@@ -123,23 +114,65 @@ def show_surface(
         bar.outline.set_visible(False)
 
 
-def _add(plotter: Any, layer: Layer, mesh: Any) -> None:
+def _by_vtk(
+    layers: Sequence[Layer],
+    meshes: Sequence[Mesh],
+    camera: Camera,
+    shadow: Shadow | None,
+    box: tuple[Array, Array] | None,
+    extent: float,
+    background: str | None,
+) -> Image:
+    """The picture, drawn off-screen by OpenGL."""
+    import pyvista
+
+    with window():
+        plotter = pyvista.Plotter(off_screen=True, window_size=list(camera.size), lighting="none")
+        try:
+            for layer, mesh in zip(layers, meshes, strict=True):
+                _add(plotter, layer, mesh)
+            if shadow is not None:
+                _shade_ground(plotter, shadow)
+            if box is not None:
+                edges = pyvista.Box(bounds=np.stack(box, axis=1).ravel().tolist())
+                plotter.add_mesh(
+                    edges, style="wireframe", color=EDGES, line_width=1.5, lighting=False
+                )
+            _light(plotter, extent)
+            _aim(plotter, camera)
+            plotter.set_background(background or "white")  # type: ignore[arg-type]
+            picture = plotter.screenshot(return_img=True, transparent_background=not background)
+        finally:
+            plotter.close()
+    return np.array(picture) if background else _without_white(np.asarray(picture))
+
+
+def _add(plotter: Any, layer: Layer, mesh: Mesh) -> None:
     """Put a surface on the stage: matt, with a soft highlight."""
-    coloured = layer.values is not None
+    import pyvista
+
+    faces: Any = mesh.faces
+    surface = pyvista.PolyData.from_regular_faces(mesh.points, faces)
+    surface.point_data["Normals"] = mesh.normals
+    surface.point_data.active_normals_name = "Normals"
+    coloured = mesh.values is not None
+    if coloured:
+        surface.point_data["values"] = mesh.values
     plotter.add_mesh(
-        mesh,
+        surface,
         color=None if coloured else layer.colour,
         scalars="values" if coloured else None,
         cmap=layer.colours if coloured else None,
         clim=layer.limits if coloured else None,
+        nan_color=UNKNOWN,
         show_scalar_bar=False,
         smooth_shading=False,  # the normals are there
         interpolation="phong",
         opacity=layer.opacity,
-        ambient=0.40,
-        diffuse=0.8,
-        specular=0.16,
-        specular_power=28.0,
+        ambient=AMBIENT,
+        diffuse=DIFFUSE,
+        specular=SPECULAR,
+        specular_power=POWER,
     )
 
 
@@ -157,81 +190,44 @@ def _light(plotter: Any, extent: float) -> None:
     plotter.enable_anti_aliasing("ssaa")
 
 
-def _shade_ground(
-    plotter: Any, layers: Sequence[Layer], meshes: Sequence[Any], height: float
-) -> None:
-    """A soft shadow on a plane at this height: what surfaces cover seen from above, blurred."""
+def _shade_ground(plotter: Any, shadow: Shadow) -> None:
+    """Lay the shadow below."""
     import pyvista
-    from scipy import ndimage
 
-    solid = [mesh for layer, mesh in zip(layers, meshes, strict=True) if layer.opacity > 0.6]
-    if not solid:
-        return
-    cover, middle, half = _cover(solid)
-    near, wide = (ndimage.gaussian_filter(cover, share * len(cover)) for share in (0.024, 0.07))
-    picture = np.zeros((*cover.shape, 4), np.uint8)
+    picture = np.zeros((*shadow.alpha.shape, 4), np.uint8)
     picture[..., :3] = SHADE
-    picture[..., 3] = np.round(255 * 0.34 * (0.55 * near + 0.45 * wide))
+    picture[..., 3] = shadow.alpha
     plane = pyvista.Plane(
-        center=(*middle, height), direction=(0, 0, 1), i_size=2 * half, j_size=2 * half
+        center=(*shadow.middle, shadow.height),
+        direction=(0, 0, 1),
+        i_size=2 * shadow.half,
+        j_size=2 * shadow.half,
     )
     texture: Any = pyvista.Texture(picture)  # type: ignore[no-untyped-call]
     texture.interpolate = True
     plotter.add_mesh(plane, texture=texture, lighting=False)
 
 
-def _cover(meshes: Sequence[Any]) -> tuple[Array, Array, float]:
-    """Which pixels of a square, twice as wide as the surfaces, they cover seen from above."""
-    import pyvista
-
-    points = np.concatenate([mesh.points for mesh in meshes]).astype(np.float64)
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle, half = 0.5 * (low + high), float((high - low)[:2].max())
-    above = pyvista.Plotter(off_screen=True, window_size=[256, 256], lighting="none")
-    try:
-        for mesh in meshes:
-            above.add_mesh(mesh, color="black", lighting=False)
-        camera = above.camera
-        camera.parallel_projection = True
-        camera.parallel_scale = half
-        camera.focal_point = tuple(middle)
-        camera.position = (*middle[:2], high[2] + half)
-        camera.up = (0.0, 1.0, 0.0)
-        above.renderer.ResetCameraClippingRange()
-        above.set_background("white")  # type: ignore[arg-type]
-        picture = np.asarray(above.screenshot(return_img=True))
-    finally:
-        above.close()
-    return 1.0 - picture[..., 0] / 255.0, middle[:2], half
-
-
-def _aim(plotter: Any, points: Array, view: tuple[float, float], size: tuple[int, int]) -> None:
-    """Place the camera so that all the points fill the picture."""
-    azimuth, elevation = (math.radians(angle) for angle in view)
-    back = np.array(
-        [
-            math.cos(elevation) * math.cos(azimuth),
-            math.cos(elevation) * math.sin(azimuth),
-            math.sin(elevation),
-        ]
-    )
-    right = np.array([-math.sin(azimuth), math.cos(azimuth), 0.0])
-    up = np.cross(back, right)
-    tangent = math.tan(math.radians(0.5 * LENS)) * (1.0 - 2.0 * MARGIN)
-    wide = tangent * size[0] / size[1]
-    x, y, z = points @ right, points @ up, points @ back
-    # a camera at (cx, cy, depth) sees |x - cx| <= wide (depth - z), |y - cy| <= tangent (depth - z)
-    ends = [((x + wide * z).max(), (x - wide * z).min(), wide)]
-    ends.append(((y + tangent * z).max(), (y - tangent * z).min(), tangent))
-    depth = max((high - low) / (2.0 * slope) for high, low, slope in ends)
-    cx, cy = (0.5 * (high + low) for high, low, _ in ends)
-    eye = cx * right + cy * up + depth * back
-    camera = plotter.camera
-    camera.view_angle = LENS
-    camera.position = tuple(eye)
-    camera.focal_point = tuple(eye - (depth - float(z.mean())) * back)
-    camera.up = tuple(up)
+def _aim(plotter: Any, camera: Camera) -> None:
+    """Place VTK's camera."""
+    plotter.camera.view_angle = LENS
+    plotter.camera.position = tuple(camera.eye)
+    plotter.camera.focal_point = tuple(camera.eye - camera.focus * camera.back)
+    plotter.camera.up = tuple(camera.up)
     plotter.renderer.ResetCameraClippingRange()
+
+
+def _shadow(layers: Sequence[Layer], meshes: Sequence[Mesh], height: float) -> Shadow | None:
+    """A soft shadow on a plane at this height: what surfaces cover seen from above, blurred."""
+    from scipy import ndimage
+
+    solid = [mesh for layer, mesh in zip(layers, meshes, strict=True) if layer.opacity > 0.6]
+    if not solid:
+        return None
+    found, middle, half = covered(solid, COVER)
+    near, wide = (ndimage.gaussian_filter(1.0 * found, part * COVER) for part in (0.024, 0.07))
+    alpha = np.round(255 * 0.34 * (0.55 * near + 0.45 * wide)).astype(np.uint8)
+    return Shadow(alpha, middle, half, height)
 
 
 def _corners(bounds: Bounds) -> tuple[Array, Array]:
@@ -256,3 +252,12 @@ def _without_white(picture: Image) -> Image:
 def _eight(low: Array, high: Array) -> Array:
     """All corners of a box; the even ones are those below."""
     return np.array(list(itertools.product(*zip(low, high, strict=True))))
+
+
+def _edges(low: Array, high: Array) -> NDArray[np.float64]:
+    """The twelve edges of a box, both ends of each (12, 2, 3)."""
+    corners = _eight(low, high)
+    return np.array(
+        [(a, b) for a, b in itertools.combinations(corners, 2) if (a != b).sum() == 1],
+        np.float64,
+    )
