@@ -76,6 +76,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.dumbbell:DumbbellCase",
         "a dumbbell collapses by its mean curvature: pinch-off, volume, beside a converged curve",
     ),
+    "surface-diffusion": Entry(
+        "pmesh.cases.surface_diffusion:SurfaceDiffusionCase",
+        "diffusion along a sphere or a torus: decay of waves, beside the exact rates",
+    ),
 }
 
 
