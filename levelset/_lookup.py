@@ -33,11 +33,12 @@ def lay(first, pieces, step, size, nodes, positions, values, shape, known, field
     flat = fields.reshape(known.size, ndim + 1)
     for piece in range(first, pieces, step):
         stop = min((piece + 1) * size, nodes.size)
-        run = 0
-        for p in range(stop, min(stop + LONGEST, nodes.size)):
+        p = stop
+        while p < nodes.size and p < stop + LONGEST:
             if nodes[p] != nodes[p - 1] + 1 or nodes[p] % columns == 0:
                 break
-            run += 1
+            p += 1
+        run = p - stop
         for back in range(stop - piece * size):
             p = stop - 1 - back
             node = nodes[p]
@@ -89,13 +90,11 @@ def find_stencil(i, m, c, shape, periodic, left, marks, flat, taps, mid, copied)
     width = len(taps)
     columns, row = shape[2], shape[1] * shape[2]
     deep = len(mid) > 1
-    if (
-        0 <= i - left
-        and i - left + width <= shape[0]
-        and 0 <= c - left
-        and c - left + width <= columns
-        and (not deep or (0 <= m - left and m - left + width <= shape[1]))
-    ):
+    inside = i >= left and i - left + width <= shape[0]
+    inside &= c >= left and c - left + width <= columns
+    if deep:
+        inside &= m >= left and m - left + width <= shape[1]
+    if inside:
         start = (i - left) * row + (m - left if deep else 0) * columns + c - left
         for a in range(width):
             for b in range(len(mid)):
