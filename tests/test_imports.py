@@ -28,11 +28,14 @@ HEAVY = (
 )
 NAMES = {
     remesh: "Grid KERNELS Kernel p2m m2p remesh mollify InputError BlowUpError",
-    levelset: "shapes",
+    levelset: "shapes laws Band ParticleLevelSet CurvatureFlow SurfaceDiffusion redistance volume area "
+    "curvature normal closest_points contours triangles extend laplace_beltrami",
     pmesh: "poisson velocity VortexFlow State Limit run RigidBody Fixed Forces Ledger Snapshots "
     "Progress",
 }
-SHAPES = "Disk Box SlottedDisk Sphere Polygon"
+SHAPES = (
+    "Disk Box SlottedDisk SlottedSphere Sphere Dumbbell Torus Capsule Star TriangleMesh Polygon"
+)
 
 
 def python(*words: str) -> str:
