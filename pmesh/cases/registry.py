@@ -80,6 +80,14 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.surface_diffusion:SurfaceDiffusionCase",
         "diffusion along a sphere or a torus: decay of waves, beside the exact rates",
     ),
+    "zalesak-disk": Entry(
+        "pmesh.cases.zalesak_disk:ZalesakDisk",
+        "a slotted disk turns rigidly: 814 particles keep it exactly; or remeshed",
+    ),
+    "zalesak-sphere": Entry(
+        "pmesh.cases.zalesak_sphere:ZalesakSphere",
+        "a slotted sphere turns rigidly: exact without remeshing; or remeshed",
+    ),
 }
 
 
