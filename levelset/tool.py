@@ -17,6 +17,7 @@ from remesh.errors import InputError, as_number
 Values = NDArray[np.float64]
 Law = Callable[[float], Sequence[float] | float]
 Path = Callable[[Values, NDArray[np.int64]], Values]  # see `Sweep.distance`
+ROOM = 4_000_000  # distances of places from poses in memory
 MOST = 100_000  # poses of one sweep
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 CUTS = 10  # golden sections of the time around the closest pose
@@ -113,20 +114,30 @@ class Sweep(NamedTuple):
 
         ``path(parts, which)`` tells where the places ``which`` are at these parts of the way
         (ndim, len(which)), so that they may move too.
-        Poses are parabolas through three neighbours; around the closest one, golden sections find
-        the moment. Distances that are not below ``within`` are those of the closest pose.
+        Poses are parabolas through three neighbours; around each that is closer than its own,
+        golden sections find the moment. Distances that are not below ``within`` are those of the
+        closest pose.
         """
+        room = max(1, ROOM // len(self.shifts))
+        parts = [np.arange(k, min(k + room, count)) for k in range(0, count, room)]
+        found = [self._distance(path, which, within) for which in parts]
+        return np.concatenate([np.empty(0), *found])
+
+    def _distance(self, path: Path, which: NDArray[np.int64], within: float) -> Values:
+        """The same for some of the places."""
         last = len(self.shifts) - 1
-        every = np.arange(count)
-        best, when = np.full(count, np.inf), np.zeros(count, np.int64)
+        poses = np.empty((last + 3, len(which)))
+        poses[[0, -1]] = np.inf
         for k in range(last + 1):
-            part, middle = np.full(count, k / last), np.full(count, min(max(k, 1), last - 1))
-            here = self._seen(path(part, every), middle, part * last)
-            closer = here < best
-            best[closer], when[closer] = here[closer], k
-        near = np.flatnonzero(best < within + self.pace)
+            part, middle = np.full(len(which), k / last), min(max(k, 1), last - 1)
+            here = self._seen(path(part, which), np.full(len(which), middle), part * last)
+            poses[k + 1] = here
+        best: Values = poses.min(axis=0)
+        lowest = (poses[1:-1] <= poses[:-2]) & (poses[1:-1] <= poses[2:])
+        lowest &= poses[1:-1] <= np.minimum(best, within) + self.pace
+        when, near = np.nonzero(lowest)
         if near.size:
-            best[near] = np.minimum(best[near], self._closest(path, near, when[near]))
+            np.minimum.at(best, near, self._closest(path, which[near], when))
         return best
 
     def _closest(self, path: Path, near: NDArray[np.int64], when: NDArray[np.int64]) -> Values:
