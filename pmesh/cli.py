@@ -160,7 +160,7 @@ def _start(
 
 @command.command()
 @click.argument("folder", metavar="DIR")
-@click.option("--field", default="vorticity", metavar="NAME", help="which  [default: vorticity]")
+@click.option("--field", metavar="NAME", help="which  [default: vorticity, else the interface]")
 @click.option("--fps", default=12.0, metavar="N", help="snapshots a second  [default: 12]")
 @click.option("--format", "kind", default="gif", metavar="gif|mp4", help="[default: gif]")
 @click.option("--follow", is_flag=True, help="keep the bodies in the middle")

@@ -11,8 +11,9 @@ import pytest
 from made_run import make, shot
 from PIL import Image
 
-from pmesh.cases import movie as module
-from pmesh.cases.movie import BODY, LEVELS, RIM, STRIP, centre, film, movie, palette, resampled
+from pmesh.cases import frames as module
+from pmesh.cases.frames import STRIP
+from pmesh.cases.movie import BODY, LEVELS, RIM, centre, film, movie, palette, resampled
 from pmesh.run.snapshots import read_snapshots, write_snapshot
 from remesh.errors import InputError, StorageError
 from remesh.grid import Grid

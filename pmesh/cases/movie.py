@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import importlib
-import io
 import math
-import shutil
-import subprocess
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.cases.frames import KINDS, Frames, Kind, Pixels, ffmpeg, strip, written
+from pmesh.cases.interface_film import INTERFACES, interface_film, interface_of
 from pmesh.cases.wake import (
     EDGE,
     EMPTY,
@@ -30,19 +27,12 @@ from pmesh.cases.wake import (
 )
 from pmesh.run.files import write_atomic
 from pmesh.run.snapshots import read_snapshots
-from remesh.errors import InputError, StorageError
+from remesh.errors import InputError
 from remesh.grid import Grid
 
-if TYPE_CHECKING:
-    from PIL.ImageFont import FreeTypeFont
-
-Pixels = NDArray[np.uint8]
-Kind = Literal["gif", "mp4"]
-KINDS: tuple[Kind, ...] = ("gif", "mp4")
 LEVELS = 96  # colours of the field
 BODY, RIM, INK = LEVELS, LEVELS + 1, LEVELS + 2  # palette entries; from INK on 8 greys, to paper
 GREYS = 8
-STRIP = 28  # pixels above the picture, for the time
 
 
 def movie(
@@ -50,7 +40,7 @@ def movie(
     out: str | Path | None = None,
     *,
     kind: Kind = "gif",
-    field: str = "vorticity",
+    field: str | None = None,
     fps: float = 12.0,
     follow: bool = False,
     limit: float | None = None,
@@ -58,9 +48,10 @@ def movie(
 ) -> Path:
     """Write the movie of a run directory, by default ``movie.gif`` in it; returns its path.
 
-    One window over all snapshots, or with ``follow`` one that moves with the bodies; colours that
-    saturate at ``limit`` [of the field]; ``pixels`` along the longer side. Bodies are filled, the
-    time is above.
+    ``field``: by default the vorticity, in a run without it the interface: filled in the plane,
+    in space a lit surface, which any other field colours. One window over all snapshots, or with
+    ``follow`` one that moves with the bodies; colours that saturate at ``limit`` [of the field];
+    ``pixels`` along the longer side. Bodies are filled, the time is above.
     GIF by Pillow; MP4 by imageio-ffmpeg (``pip install "pmesh-flow[movie]"``) or an ffmpeg on the
     path. Refuses a run without snapshots, an unknown field, and MP4 without ffmpeg.
     """
@@ -75,22 +66,10 @@ def movie(
     if kind == "mp4":
         ffmpeg()
     path = Path(folder) / f"movie.{kind}" if out is None else Path(out)
-    frames = film(snapshots(folder, field), field, follow=follow, limit=limit, pixels=pixels)
+    shots = snapshots(folder, *([field] if field else []))
+    frames = film(shots, field, follow=follow, limit=limit, pixels=pixels)
     write_atomic(path, written(frames, kind, fps))
     return path
-
-
-def written(frames: Frames, kind: Kind, fps: float) -> bytes:
-    """The content of a movie file."""
-    return _gif(frames, fps) if kind == "gif" else _mp4(frames, fps, ffmpeg())
-
-
-@dataclass(frozen=True, kw_only=True)
-class Frames:
-    """Pictures as palette entries, and the palette (256, 3)."""
-
-    pixels: Iterator[Pixels]  # each (height, width)
-    palette: Pixels
 
 
 def snapshots(folder: str | Path, *fields: str) -> list[Any]:
@@ -101,21 +80,32 @@ def snapshots(folder: str | Path, *fields: str) -> list[Any]:
             f"{folder} holds no snapshots", hint="the directory of a run with `every` set"
         )
     for name in fields:
-        if any(name not in shot.names for shot in shots):
-            known = ", ".join(sorted(set.intersection(*(set(shot.names) for shot in shots))))
-            raise InputError(f"the snapshots hold no field {name!r}", hint=f"one of {known}")
+        _check_held(shots, name)
     return shots
+
+
+def _check_held(shots: Sequence[Shot], name: str) -> None:
+    if any(name not in shot.names for shot in shots):
+        known = ", ".join(sorted(set.intersection(*(set(shot.names) for shot in shots))))
+        raise InputError(f"the snapshots hold no field {name!r}", hint=f"one of {known}")
 
 
 def film(
     shots: Sequence[Shot],
-    field: str = "vorticity",
+    field: str | None = None,
     *,
     follow: bool = False,
     limit: float | None = None,
     pixels: int = 640,
 ) -> Frames:
-    """The pictures of the snapshots."""
+    """The pictures of the snapshots: of a plane field, or of an interface."""
+    interface = interface_of(shots)
+    if field is None:
+        held = all("vorticity" in shot.names and shot.grid.ndim == 2 for shot in shots)
+        field = "vorticity" if held or interface is None else interface
+    _check_held(shots, field)
+    if interface is not None and (field in INTERFACES or shots[0].grid.ndim == 3):
+        return interface_film(shots, field, follow=follow, limit=limit, pixels=pixels)
     limit = colour_limit(shots, field) if limit is None else limit
     signed = any(plane(shot, field).min() < 0 for shot in shots)
     places = [centre(shot) if follow else (0.0, 0.0) for shot in shots]
@@ -205,81 +195,6 @@ def _frame(
                 core &= np.roll(inside, step, axis)
         picture[inside] = RIM
         picture[core] = BODY
-    return np.concatenate([_strip(width, f"t = {shot.time:.4g}", scale), picture])
-
-
-def _strip(width: int, left: str, right: str) -> Pixels:
-    """A line of text in greys."""
-    from PIL import Image, ImageDraw
-
-    strip = Image.new("L", (width, STRIP), 255)
-    pen, letters = ImageDraw.Draw(strip), _font()
-    pen.text((8, STRIP // 2), left, fill=0, font=letters, anchor="lm")
-    if letters.getlength(left + right) < width - 32:
-        pen.text((width - 8, STRIP // 2), right, fill=0, font=letters, anchor="rm")
-    grey = np.asarray(strip, np.float64) / 255
-    return (INK + np.rint(grey * (GREYS - 1))).astype(np.uint8)
-
-
-def _font() -> FreeTypeFont:
-    """The letters of the figures."""
-    from matplotlib import get_data_path
-    from PIL import ImageFont
-
-    return ImageFont.truetype(str(Path(get_data_path()) / "fonts" / "ttf" / "DejaVuSans.ttf"), 14)
-
-
-def _gif(frames: Frames, fps: float) -> bytes:
-    """A GIF that repeats."""
-    from PIL import Image
-
-    pictures = []
-    for pixels in frames.pixels:
-        picture = Image.fromarray(pixels)
-        picture.putpalette(frames.palette.tobytes())
-        pictures.append(picture)
-    stream = io.BytesIO()
-    pictures[0].save(
-        stream, format="GIF", save_all=True, append_images=pictures[1:], loop=0,
-        duration=max(20, 10 * round(100 / fps)), optimize=False,
-    )  # fmt: skip
-    return stream.getvalue()
-
-
-def ffmpeg() -> str:
-    """The program that writes MP4; refuses if there is none."""
-    try:
-        return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
-    except (ImportError, RuntimeError):
-        found = shutil.which("ffmpeg")
-    if found is None:
-        raise InputError(
-            "an MP4 needs ffmpeg, which is not here",
-            hint='--format gif, or: pip install "pmesh-flow[movie]"',
-        )
-    return found
-
-
-def _mp4(frames: Frames, fps: float, program: str) -> bytes:
-    """An H.264 movie that browsers play."""
-    import tempfile
-
-    pictures = [frames.palette[pixels] for pixels in frames.pixels]
-    height, width = pictures[0].shape[:2]
-    with tempfile.TemporaryDirectory() as folder:
-        target = Path(folder) / "movie.mp4"
-        words = [
-            program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24",
-            "-s", f"{width}x{height}", "-r", f"{fps:g}", "-i", "-", "-an", "-c:v", "libx264",
-            "-crf", "20", "-pix_fmt", "yuv420p", "-movflags", "+faststart", str(target),
-        ]  # fmt: skip
-        done = subprocess.run(
-            words, input=b"".join(p.tobytes() for p in pictures), capture_output=True, check=False
-        )
-        if done.returncode or not target.is_file():
-            said = done.stderr.decode(errors="replace").strip().splitlines()
-            raise StorageError(
-                f"ffmpeg could not write the movie: {said[-1] if said else done.returncode}",
-                hint="--format gif",
-            )
-        return target.read_bytes()
+    grey = strip(width, f"t = {shot.time:.4g}", scale).astype(np.float64) / 255
+    above = (INK + np.rint(grey * (GREYS - 1))).astype(np.uint8)
+    return np.concatenate([above, picture])

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from pmesh.cases.frames import written
 from pmesh.cases.histories import (
     alive,
     forces,
@@ -24,7 +25,7 @@ from pmesh.cases.histories import (
     statistics_of,
 )
 from pmesh.cases.markup import anchor, drawn, image, number, span, spark, table, video
-from pmesh.cases.movie import film, written
+from pmesh.cases.movie import film
 from pmesh.cases.options import options, spelt
 from pmesh.cases.reference import DATA, Curve
 from pmesh.cases.registry import find
