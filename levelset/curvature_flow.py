@@ -62,6 +62,7 @@ class CurvatureFlow:
     """A surface moves inward at its mean curvature; dt is not bound by h^2 but by accuracy.
 
     An unbounded edge of the mesh is a mirror: a surface that reaches it meets it at a right angle.
+    One that does not should stay some eight spacings off: phi has a kink there.
     """
 
     grid: Grid

@@ -80,7 +80,12 @@ class DumbbellCase(Case):
 
     title: ClassVar[str] = "Collapsing dumbbell"
     source: ClassVar[str] = CURVE
-    short: ClassVar[Mapping[str, Any]] = {"cells": 32, "until": 0.01, "coarse": False}
+    short: ClassVar[Mapping[str, Any]] = {
+        "cells": 40,
+        "until": 0.01,
+        "coarse": False,
+        "every": 2e-3,
+    }
 
     def __post_init__(self) -> None:
         """Refuse what is no dumbbell, and a bar that the mesh does not see."""

@@ -38,16 +38,16 @@ SOURCES = {
 class SurfaceDiffusionCase(Case):
     """A quantity spreads along a sphere of radius 1, or a torus of radii 1 and 0.5."""
 
-    until: float = option(0.2, "end of the run", unit="R^2/D")
+    until: float = option(0.1, "end of the run", unit="R^2/D")
     surface: Literal["sphere", "torus"] = option("sphere", "along what")
     cells: int = option(32, "mesh cells per radius of the sphere, or of the torus's ring")
-    stretch: float = option(40.0, "time step over the explicit limit h^2/(6 D)")
+    stretch: float = option(20.0, "time step over the explicit limit h^2/(6 D)")
     coarse: bool = option(True, "whether to run with half the cells as well, for the order")
-    every: float = option(0.05, "time between snapshots", unit="R^2/D")
+    every: float = option(0.025, "time between snapshots", unit="R^2/D")
 
     title: ClassVar[str] = "Diffusion along a surface"
     source: ClassVar[str] = SOURCES["sphere"][1]
-    short: ClassVar[Mapping[str, Any]] = {"cells": 12, "until": 0.1, "coarse": False}
+    short: ClassVar[Mapping[str, Any]] = {"cells": 12, "coarse": False, "every": 0.05}
 
     def __post_init__(self) -> None:
         """Refuse a mesh that does not see the waves."""
