@@ -160,3 +160,5 @@ def test_what_has_no_interface_is_refused(tmp_path: Path) -> None:
         film(shots, "temperature")
     with pytest.raises(InputError, match="nothing is inside"):
         list(film([ball(tmp_path, 1, ROOM, x=0.7, radius=-1.0)]).pixels)
+    with pytest.raises(InputError, match="no colours to limit"):
+        film([ball(tmp_path, 2, ROOM, x=0.7)], limit=1.0)

@@ -53,12 +53,17 @@ def interface_film(
     What is inside is filled; in space the surface is lit, and seen by a camera that stands still or
     with ``follow`` goes with the centre of what is inside. One box holds all that is ever inside.
     An interface that has gone leaves an empty picture. A second per picture in space. Refuses a run
-    without anything inside.
+    without anything inside, and a limit of the colours where there are none.
     """
     name = interface_of(shots)
     if name is None:
         raise InputError(
             "the snapshots hold no level set", hint=f"a field named {' or '.join(INTERFACES)}"
+        )
+    if limit is not None and field in INTERFACES:
+        raise InputError(
+            f"an interface has no colours to limit, got limit {limit:g}",
+            hint="a movie without --limit, or of another --field",
         )
     places = [_centre(shot, name) if follow else np.zeros(shot.grid.ndim) for shot in shots]
     box = _whole(shots, name, places)
