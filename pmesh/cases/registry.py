@@ -88,6 +88,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.zalesak_sphere:ZalesakSphere",
         "a slotted sphere turns rigidly: exact without remeshing; or remeshed",
     ),
+    "cutting": Entry(
+        "pmesh.cases.cutting:CuttingCase",
+        "virtual surgery: tools cut an organ that breathes; removed beside swept volume, pieces",
+    ),
 }
 
 
