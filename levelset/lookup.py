@@ -60,10 +60,11 @@ class Lattice:
         if self.grid.ndim == 2:  # closed form: many times faster than a decomposition per cell
             a, b, c = grams[:, 0, 0], grams[:, 0, 2], grams[:, 2, 2]
             middle, half = 0.5 * (a + c), np.hypot(0.5 * (a - c), b)
-            squares = np.stack([middle - half, middle + half])
+            squares: Array = np.stack([middle - half, middle + half])
         else:
             squares = np.linalg.eigvalsh(grams)
-        return float(np.abs(0.5 * np.log(squares)).max(initial=0.0))
+        stretches = 0.5 * np.log(np.maximum(squares, np.finfo(float).tiny))
+        return float(np.abs(stretches).max(initial=0.0))
 
     def gradient(self, velocities: Array) -> float:
         """Largest row sum max_i sum_j |du_i/dx_j| [1/T] over the cells between particles.

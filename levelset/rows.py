@@ -79,6 +79,6 @@ def _spread(side: NDArray[np.bool_], known: NDArray[np.bool_], shape: tuple[int,
         lines = np.moveaxis(sides, axis, -1)
         found = np.moveaxis(knowns, axis, -1)
         before = np.maximum.accumulate(np.where(found, np.arange(shape[axis]), -1), axis=-1)
-        before = np.where(before < 0, found.argmax(axis=-1)[..., None], before)
+        before = np.where(before < 0, found.argmax(axis=-1, keepdims=True), before)
         lines[...] = np.take_along_axis(lines, before, axis=-1)
-        found[...] = found.any(axis=-1)[..., None]
+        found[...] = found.any(axis=-1, keepdims=True)
