@@ -145,12 +145,8 @@ class SurfaceDiffusionCase(Case):
 
     def _portrait(self, panel: Axes, shot: Any, top: float, *, bar: bool) -> None:
         """The surface in the colours of its values."""
-        from pmesh.cases.surfaces import Layer, can_render, render, show_surface
+        from pmesh.cases.surfaces import Layer, render, show_surface
 
-        panel.set_axis_off()
-        panel.set_title(f"$t$ = {shot.time:g}")
-        if not can_render():
-            return
         limits = (1.0 - top, 1.0 + top)
         layer = Layer(
             surface=(shot["phi"].astype(np.float64), shot.grid),
