@@ -88,6 +88,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.zalesak_sphere:ZalesakSphere",
         "a slotted sphere turns rigidly: exact without remeshing; or remeshed",
     ),
+    "remeshing-effect": Entry(
+        "pmesh.cases.remeshing_effect:RemeshingEffect",
+        "a disk drawn out by a vortex: particles lose overlap, unless they are remeshed",
+    ),
     "cutting": Entry(
         "pmesh.cases.cutting:CuttingCase",
         "virtual surgery: tools cut an organ that breathes; removed beside swept volume, pieces",
