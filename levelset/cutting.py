@@ -39,6 +39,7 @@ class Cut:
     step: int  # steps taken since the start
     grid: Grid
     body: Interface  # what is left
+    volume: float  # of it [L^ndim]
     removed: float = 0.0  # volume that the tools took since the start [L^ndim]
 
     @property
@@ -68,7 +69,8 @@ class Cutting:
 
     def __post_init__(self) -> None:
         """Refuse tools that do not fit, or that the mesh does not see."""
-        tools = (self.tools,) if isinstance(self.tools, Tool) else tuple(self.tools)
+        several = isinstance(self.tools, Sequence)
+        tools = tuple(cast(Sequence[Tool], self.tools)) if several else (cast(Tool, self.tools),)
         object.__setattr__(self, "tools", tools)
         if not tools or not all(isinstance(tool, Tool) for tool in tools):
             raise InputError(
@@ -102,7 +104,7 @@ class Cutting:
     def start(self, shape: Shape | Array, *, time: float = 0.0) -> Cut:
         """The whole body, as `ParticleLevelSet.start` takes it; nothing is cut yet."""
         body = self.carrier.start(shape, time=time)
-        return Cut(time=body.time, step=0, grid=body.grid, body=body)
+        return Cut(time=body.time, step=0, grid=body.grid, body=body, volume=self._volume(body))
 
     def step(self, state: Cut, dt: float) -> Cut:
         """The body one step of dt [T] later, less what the tools touched on their way."""
@@ -111,11 +113,15 @@ class Cutting:
         moved = self._moved(before, dt)
         depth = self._depth(before, moved, sweeps, dt)
         cut = replace(moved, values=np.maximum(moved.values, profile(-depth, self.carrier.reach)))
-        touched = bool((cut.values > moved.values).any())
-        taken = self._volume(moved) - self._volume(cut) if touched else 0.0
+        now, removed = state.volume, state.removed
+        if not self.resting:
+            now = self._volume(moved)
+        if (cut.values > moved.values).any():
+            left = self._volume(cut)
+            now, removed = left, removed + now - left
         return Cut(
             time=state.time + dt, step=state.step + 1, grid=state.grid,
-            body=self._tidied(cut, depth), removed=state.removed + taken,
+            body=self._tidied(cut, depth), volume=now, removed=removed,
         )  # fmt: skip
 
     def limit(self, state: Cut) -> Limit:
@@ -128,11 +134,11 @@ class Cutting:
 
     def ledger(self, state: Cut) -> Mapping[str, float]:
         """Volume left and removed, pieces, and particles."""
-        band = self.band(state)
+        homes = Band(state.grid, state.body.nodes, state.body.values)  # as many, and at no cost
         return {
-            "volume": volume(band.values, band.grid, nodes=band.nodes),
+            "volume": state.volume,
             "removed": state.removed,
-            "pieces": float(len(pieces(band))),
+            "pieces": float(len(pieces(homes))),
             "particles": float(state.size),
             "remeshings": float(state.body.remeshings),
         }
