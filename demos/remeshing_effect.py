@@ -1,4 +1,4 @@
-"""A vortex draws a disk out and back: particles must overlap in between, remeshing sees to it: 20 s.
+"""A vortex draws a disk out and back; in between particles overlap only if remeshed: 5 s.
 
 Without remeshing the particles come back exactly, but at half time, where they have lost their
 overlap, what a mollifier rebuilds of them is full of holes. Velocity: LeVeque, SIAM J. Numer. Anal.
@@ -80,6 +80,7 @@ def draw():
             panel.plot(0.5 + 0.15 * np.cos(turn), 0.75 + 0.15 * np.sin(turn), color=REFERENCE)
         panel.set(title=f"$t$ = {time:g}, {name}", xlim=(0, 1), ylim=(0, 1))
         panel.set_aspect("equal")
+        panel.grid(False)
     return figure
 
 

@@ -5,6 +5,7 @@ keep more moments keep more of the slot. Body: Zalesak, J. Comput. Phys. 31 (197
 """
 
 import argparse
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from levelset.laws import Rotation
 from levelset.shapes import SlottedDisk
 from levelset.surface import contours
 from levelset.transport import ParticleLevelSet
+from pmesh.cases.interface_error import mean_error
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, panels, styled
 
 options = argparse.ArgumentParser(description=__doc__)
@@ -42,10 +44,10 @@ for name, (often, kernel, width) in WAYS.items():
     end = pmesh.run(flow, flow.start(disk), until=TURNS, dt=1 / STEPS)
     fine = remesh.Grid((391, 391), 0.1, np.subtract(exact.bounds()[0], 2.0))
     distance = exact.distance(fine.points())
-    near = np.abs(distance) < 2.5
+    near = np.abs(distance) < 0.7 * width
     ours = np.array(distance)
     ours[near] = flow.rebuild(end, fine.points()[:, near].T)
-    apart = ((ours < 0) != (distance < 0)).sum() * fine.cell_volume / disk.perimeter
+    apart = mean_error(exact, partial(flow.rebuild, end), grid.spacing, reach=0.7 * width)
     area = flow.ledger(end)["volume"] / disk.area - 1
     print(f"{name:12}: {end.size:4} particles, area {100 * area:+.3f} %, {apart:.3f} cells away")
     lines[name] = contours(ours, fine)
@@ -56,13 +58,13 @@ def draw():
     figure, (row,) = panels(1, len(lines), (3.0 * len(lines), 3.5), sharex=True, sharey=True)
     for panel, (name, found), colour in zip(row, lines.items(), (OURS, *OTHERS), strict=True):
         for line in contour(exact, cells=1200):
-            panel.fill(*line.T, color=REFERENCE, alpha=0.25, lw=0, label="exact")
+            panel.fill(*line.T, color=REFERENCE, alpha=0.25, lw=0)
         for line in found:
-            panel.plot(*line.T, color=colour, lw=1.3, label=name)
-        panel.set(title=name, xticks=[], yticks=[])
+            panel.plot(*line.T, color=colour, lw=1.3)
+        panel.set(title=name)
+        panel.set_axis_off()
         panel.set_aspect("equal")
-    row[0].legend(loc="lower left", fontsize=7)
-    figure.suptitle(f"Zalesak's disk after {TURNS:g} turns of {STEPS} steps")
+    figure.suptitle(f"Zalesak's disk after {360 * TURNS:g} degrees in {TURNS * STEPS:g} steps")
     return figure
 
 

@@ -28,7 +28,7 @@ TURNS = 0.5 if args.quick else 1.0
 STAGES = 2 if args.quick else 4
 STEPS = 628  # per turn
 
-ball = SlottedSphere(center=(50, 50, 70))  # radius 15, slot 12.5 deep [L]
+ball = SlottedSphere(center=(50, 50, 75))  # radius 15, slot 12.5 deep [L]
 axis = np.array([0.3, 0.9, 0.3])
 law = Rotation(center=(50, 50, 50), rate=2 * np.pi * axis / np.linalg.norm(axis))
 nodes = round(100 / SPACING) + 1
@@ -40,32 +40,32 @@ for part in range(1, STAGES + 1):
 
 first, last = states[0], states[-1]
 away = np.linalg.norm(last.positions - law.flow(first.positions, 0, last.time), axis=1).max()
-print(f"{last.size} particles after {last.time:g} turns: {away:.1e} from their exact places")
+print(
+    f"{last.size} particles after {360 * last.time:g} degrees: {away:.1e} from their exact places"
+)
 print(f"volume {flow.ledger(last)['volume']:.1f}, exact {ball.volume:.1f}")
 
 
 def surface(state):
-    """The rebuilt surface around where the ball is."""
+    """The rebuilt surface, around where the ball is."""
     center = law.flow(np.array([ball.center]), 0, state.time)[0]
-    count = round(36 / SPACING) + 1
-    box = remesh.Grid((count,) * 3, SPACING, center - 18.0)
-    phi = flow.rebuild(state, box.points().reshape(3, -1).T).reshape(box.shape)
-    beyond = np.linalg.norm(box.points() - center[:, None, None, None], axis=0) - 15.0
-    return triangles(np.where(np.isnan(phi), beyond, phi), box)
+    count = round(34 / SPACING / 0.6)
+    box = remesh.Grid((count,) * 3, 0.6 * SPACING, center - 0.3 * SPACING * (count - 1))
+    points = box.points().reshape(3, -1).T
+    phi = ball.distance(law.flow(points, state.time, 0).T)
+    near = np.abs(phi) < 1.6 * SPACING
+    phi[near] = flow.rebuild(state, points[near])
+    return triangles(phi.reshape(box.shape), box)
 
 
 @styled
 def draw():
-    shades = ["#d9cfc4", "#c9d8e6", "#a9c4df", "#83abd6", "#5b9bd5"][: len(states) - 1] + [
-        "#d98850"
-    ]
-    # the last of a whole turn would hide the first: it is drawn alone
-    stages = states[:-1] if last.time == 1 else states
-    layers = [Layer(surface=surface(s), colour=c) for s, c in zip(stages, shades, strict=False)]
     figure, (row,) = panels(1, 2, (9.0, 4.6), width_ratios=(1.5, 1.0))
-    show_surface(row[0], render(*layers, view=(-70, 15), ground=False), title="on the way")
+    stages = zip(states[:-1], ("#d9cfc4", "#c9d8e6", "#a0bfdf", "#6ea3d8"), strict=False)
+    layers = [Layer(surface=surface(state), colour=colour) for state, colour in stages]
+    show_surface(row[0], render(*layers, view=(-80, 15), ground=False), title="on the way")
     end = render(Layer(surface=surface(last), colour="#d98850"), view=(-55, -25), ground=False)
-    show_surface(row[1], end, title=f"after {last.time:g} turns")
+    show_surface(row[1], end, title=f"after {360 * last.time:g} degrees")
     figure.suptitle(f"Zalesak's sphere on {last.size} particles, never remeshed")
     return figure
 

@@ -55,7 +55,7 @@ class Zalesak(Case):
     remeshing: str = option("never", "never, always, distorted, or every so many steps")
     kernel: str = option("L6,4", "remeshing kernel")
     width: float | None = option(None, "half width of the band in spacings; 3 or, remeshed, 6")
-    radius: float = option(1.0, "of the mollifier that rebuilds, in spacings")
+    radius: float = option(0.8, "of the mollifier that rebuilds, in spacings")
     every: float = option(PERIOD / 4, "time between snapshots", unit="T")
 
     looks: ClassVar[int] = 20  # at the interface, per turn
@@ -137,6 +137,10 @@ class Zalesak(Case):
             "mean_error": self.mean_error(state) if self.shape.ndim == 2 else math.nan,
         }
 
+    def rebuilt(self, state: Interface, points: NDArray[Any]) -> Values:
+        """The signed distance [L] that particles stand for at points (m, ndim): a mollified sum."""
+        return np.asarray(self.build()[0].rebuild(state, points, radius=self.radius))
+
     def path_error(self, state: Interface) -> float:
         """How far particles are at most from where the exact rotation takes them [L]."""
         if state.remeshings:
@@ -151,14 +155,14 @@ class Zalesak(Case):
         The change of the level set at the points of the start, over its slope there.
         """
         marks = _marks(replace(self, until=PERIOD))
-        now = rebuilt(state, self.law.flow(marks.points, 0.0, state.time), self.radius)
+        now = self.rebuilt(state, self.law.flow(marks.points, 0.0, state.time))
         return float(np.abs((now - marks.values) / marks.slopes).max())
 
     def mean_error(self, state: Interface) -> float:
         """Mean distance of the rebuilt interface from the exact one, in spacings."""
 
         def value_at(points: Values) -> Values:
-            return rebuilt(state, self.law.flow(points, 0.0, state.time), self.radius)
+            return self.rebuilt(state, self.law.flow(points, 0.0, state.time))
 
         return mean_error(self.shape, value_at, self.spacing, fine=self.fine, reach=self.reach)
 
@@ -175,7 +179,7 @@ class Zalesak(Case):
         phi = self.shape.distance(points)
         near = np.abs(phi) < 1.5 * self.spacing
         there = self.law.flow(points[:, near].T, 0.0, state.time)
-        found = rebuilt(state, there, self.radius)
+        found = self.rebuilt(state, there)
         phi[near] = np.where(np.isnan(found), phi[near], found)
         return np.asarray(phi), grid
 
@@ -204,18 +208,6 @@ class Zalesak(Case):
         ]
 
 
-def rebuilt(state: Interface, points: NDArray[Any], radius: float = 1.0) -> Values:
-    """The level set that particles stand for at points (m, ndim): a mollified sum, corrected.
-
-    ``radius`` in spacings. It keeps quadratic fields, and turns with the particles.
-    """
-    from remesh.reconstruction import reconstruct
-
-    return np.asarray(
-        reconstruct(state.positions, state.values, points, radius * state.grid.spacing, degree=2)
-    )
-
-
 def show_errors(panel: Axes, series: Series, spacing: float) -> None:
     """Departures and, where it was measured, the mean error over the turns."""
     turns = series["time"] / PERIOD
@@ -241,19 +233,9 @@ def in_turns(time: float) -> str:
 
 @lru_cache(maxsize=4)
 def _start(case: Zalesak) -> tuple[ParticleLevelSet, Interface]:
-    """The recipe, and the particles near the surface: without remeshing no others are needed."""
+    """The recipe, and the particles near the surface."""
     flow = case.recipe()
-    state = flow.start(case.shape)
-    if case.remeshing != "never":
-        return flow, state
-    near = np.abs(case.shape.distance(state.positions.T)) < flow.reach  # beyond, it is level
-    kept = replace(
-        state,
-        nodes=state.nodes[near],
-        positions=state.positions[near],
-        values=state.values[near],
-    )
-    return flow, kept
+    return flow, flow.start(case.shape)
 
 
 @lru_cache(maxsize=4)
@@ -266,11 +248,10 @@ def _marks(case: Zalesak) -> Marks:
     points = _surface_points(case)
     h = 1e-3 * case.spacing
     for _ in range(8):
-        values = rebuilt(state, points, case.radius)
+        values = case.rebuilt(state, points)
         gradient = np.stack(
             [
-                rebuilt(state, points + h * e, case.radius)
-                - rebuilt(state, points - h * e, case.radius)
+                case.rebuilt(state, points + h * e) - case.rebuilt(state, points - h * e)
                 for e in np.eye(case.shape.ndim)
             ],
             axis=1,
