@@ -31,6 +31,7 @@ SWEPT = "the tools' swept region in the body, by quadrature of exact shapes"
 BORE = "pi r^2 d + 2/3 pi r^3: a ball driven to a depth d into a block"
 ALLOWED = 0.01
 BOUNDS = ((-0.86, -0.4, -0.55), (0.92, 0.4, 0.70))  # of the pictures [L]
+SECTION = -0.08  # y of the section that is shown [L]
 TIMES = 5  # at which the reference is known
 
 
@@ -119,7 +120,7 @@ class CuttingCase(Case):
         from matplotlib.figure import Figure
 
         end = outcome.state.time
-        figure = Figure(figsize=(11.0, 6.4), layout="constrained")
+        figure = Figure(figsize=(11.0, 6.1), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=(1.2, 1.0))
         stages = rows[0].subplots(1, 4)
         shots = outcome.stages([0.2 * end, 0.5 * end, 0.75 * end, end])
@@ -176,7 +177,8 @@ class CuttingCase(Case):
         time, left, removed = series["time"], series["volume"], series["removed"]
         lost = np.abs(left[0] - left - removed) / left[0]
         off = np.abs(np.interp(times, time, removed) - swept) / np.maximum(swept, 1e-30)
-        panel.semilogy(times, np.maximum(off, 1e-7), "o-", color=OURS, label="removed off swept")
+        seen = swept > 1e-3
+        panel.semilogy(times[seen], off[seen], "o-", color=OURS, label="removed off swept")
         panel.semilogy(time, np.maximum(lost, 1e-16), color=OTHERS[1],
                        label="lost otherwise, of the whole")  # fmt: skip
         panel.axhline(ALLOWED, color=OTHERS[2], lw=0.9, ls=(0, (4, 3)), label="allowed")
@@ -184,9 +186,9 @@ class CuttingCase(Case):
         panel.legend(loc="lower right")
 
     def _section(self, panel: Axes, shot: Any) -> None:
-        """The plane y = 0 at the end: ours over the exact shapes."""
+        """A plane through both cuts at the end: ours over the exact shapes."""
         x, y, z = shot.grid.axes()
-        row = int(np.abs(y).argmin())
+        row = int(np.abs(y - SECTION).argmin())
         places = np.stack(np.meshgrid(x, y[row], z, indexing="ij"))
         exact = self.operation.section(shot.time, places)[0][:, 0]
         ours = shot["level_set"][:, row].astype(np.float64)
@@ -196,7 +198,7 @@ class CuttingCase(Case):
         panel.plot([], [], color=OURS, lw=0.9, label="ours")
         panel.plot([], [], color=REFERENCE, lw=3.0, alpha=0.5, label="exact shapes")
         panel.set_aspect("equal")
-        panel.set(title="section $y$ = 0", xlabel="$x$", ylim=(None, z[-1] + 0.2))
+        panel.set(title=f"section $y$ = {y[row]:.2f}", xlabel="$x$", ylim=(None, z[-1] + 0.2))
         panel.legend(loc="upper right", ncols=2)
 
 
