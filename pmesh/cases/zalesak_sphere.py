@@ -35,7 +35,7 @@ class ZalesakSphere(Zalesak):
 
     title: ClassVar[str] = "Zalesak's sphere"
     source: ClassVar[str] = "Enright et al., J. Comput. Phys. 183 (2002) 83"
-    short: ClassVar[Mapping[str, Any]] = {"nodes": 64, "until": PERIOD / 4}
+    short: ClassVar[Mapping[str, Any]] = {"nodes": 50, "until": PERIOD / 4}
     looks: ClassVar[int] = 8
     fine: ClassVar[int] = 2
     reach: ClassVar[float] = 1.0
