@@ -96,6 +96,14 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.cutting:CuttingCase",
         "virtual surgery: tools cut an organ that breathes; removed beside swept volume, pieces",
     ),
+    "single-vortex": Entry(
+        "pmesh.cases.single_vortex:SingleVortexCase",
+        "a disk drawn out into a spiral and back: area, error and order of the interface",
+    ),
+    "enright": Entry(
+        "pmesh.cases.enright:EnrightCase",
+        "a ball drawn out into a thin sheet and back: volume, holes, error of the interface",
+    ),
 }
 
 
