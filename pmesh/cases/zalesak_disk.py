@@ -115,7 +115,7 @@ class ZalesakDisk(Zalesak):
         """Start, end and the exact disk over each other, and the slot's corner close up."""
         from levelset.contour import contour
 
-        exact = contour(self.shape, cells=2400)
+        exact = contour(self.shape, cells=900)
         (x, y), half = self.shape.center, 0.5 * self.shape.width
         end = y + self.shape.depth - self.shape.radius
         close = panel.inset_axes((x - 12.5, y - 6.5, 9.0, 9.0), transform=panel.transData)
