@@ -30,7 +30,7 @@ Values = NDArray[np.float64]
 KEPT = "the flow keeps volumes"
 BACK = "the flow turns back: the start"
 TRACED = "the surface traced by RK4, converged"
-PATHS = 40  # steps per unit of time of exact paths: RK4, to 1e-6 of the box
+PATHS = 60  # steps per unit of time of exact paths: RK4, to 1e-6 of the box
 PARTS = {2: 8, 3: 4}  # samples along a cell's side that an interface error is measured with
 
 
@@ -222,10 +222,10 @@ def refined(phi: NDArray[Any], grid: Grid, parts: int) -> tuple[Values, Grid]:
         [parts * (n - 1) + 1 for n in grid.shape], grid.spacing / parts, origin=grid.origin
     )
     nearest = [(np.arange(n) + parts // 2) // parts for n in finer.shape]
-    found = field[np.ix_(*nearest)]
+    found: Values = np.array(field[np.ix_(*nearest)])
     near = np.flatnonzero(np.abs(found) < 0.99 * np.abs(field).max())
     indices = np.stack(np.unravel_index(near, finer.shape), axis=1)
-    points = np.array(grid.origin) + finer.spacing * indices
+    points: Values = np.array(grid.origin) + finer.spacing * indices
     found.reshape(-1)[near] = m2p(field, points, grid, kernel="M6'")
     return found, finer
 
@@ -269,7 +269,7 @@ def traced(points: Values, law: Any, start: float, end: float) -> Values:
     count = max(1, math.ceil(abs(end - start) * PATHS))
     dt = (end - start) / count
     for k in range(count):
-        points = travel(points, law, start + k * dt, dt, get_scheme("RK4"))
+        points = np.asarray(travel(points, law, start + k * dt, dt, get_scheme("RK4")), np.float64)
     return points
 
 

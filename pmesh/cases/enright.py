@@ -37,9 +37,9 @@ PUBLISHED = "Enright et al., J. Comput. Phys. 183 (2002) 83, particle level set,
 LOSS = 0.026  # of the volume at 100 cells per unit length, there
 CENTER = (0.35, 0.35, 0.35)  # of the ball at the start
 STAGES = (0.0, 1 / 8, 1 / 4, 1 / 2, 3 / 4, 1.0)  # drawn, in periods
-BOX = ((0.18, 0.17, 0.17), (0.9, 0.8, 0.8))  # shown; the ball stays in it
+BOX = ((0.2, 0.19, 0.19), (0.87, 0.76, 0.76))  # of what the ball fills on its way; shown
 VIEW = (-62.0, 16.0)  # azimuth and elevation [degrees]
-CUT = 0.5  # height of the cut that is drawn [L]
+CUT = 0.3  # height of the cut that is drawn [L]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,13 +49,14 @@ class EnrightCase(ReversedCase):
     until: float = option(3.0, "end of the run", unit="T")
     nodes: int = option(100, "mesh cells per unit length")
     period: float = option(3.0, "of the flow; all is back after it", unit="T")
+    band: float = option(0.08, "half width of the band of particles", unit="L")
     courant: float = option(4.0, "time step times largest speed over the cell size")
     every: float = option(0.375, "time between snapshots", unit="T")
 
     title: ClassVar[str] = "Deformation of a ball, reversed"
     source: ClassVar[str] = PAPER
     short: ClassVar[Mapping[str, Any]] = {
-        "nodes": 40, "period": 1.0, "until": 1.0, "every": 0.125, "coarse": False,
+        "nodes": 40, "band": 0.15, "period": 1.0, "until": 1.0, "every": 0.125, "coarse": False,
     }  # fmt: skip
 
     @property
@@ -67,6 +68,11 @@ class EnrightCase(ReversedCase):
     def shape(self) -> Sphere:
         """The ball."""
         return Sphere(self.radius, center=CENTER)
+
+    @property
+    def most(self) -> float:
+        """The largest radius that fits the box [L]."""
+        return 0.3
 
     def metrics(self, outcome: Outcome) -> list[Metric]:
         """Volume kept, area and wholeness of the sheet, error of the interface that is back."""
@@ -149,20 +155,22 @@ class EnrightCase(ReversedCase):
     def _cut(self, panel: Axes, shot: Snapshot) -> None:
         """The body cut by a plane, over the exact one."""
         k = round(CUT * self.nodes)
-        x, y, z = shot.grid.axes()
-        side = np.linspace(0.0, 1.0, 401)
-        plane = np.stack([*np.meshgrid(side, side, indexing="ij"), np.full((401, 401), z[k])], -1)
+        z = shot.grid.axes()[2]
+        field, finer = refined(shot["level_set"], shot.grid, 2)
+        x, y, _ = finer.axes()
+        side = np.linspace(0.0, 1.0, 601)
+        plane = np.stack([*np.meshgrid(side, side, indexing="ij"), np.full((601, 601), z[k])], -1)
         exact = exact_level_set(plane.reshape(-1, 3), self.law, self.shape, shot.time)
-        panel.contour(side, side, exact.reshape(401, 401).T, levels=[0.0], colors=[REFERENCE],
+        panel.contour(side, side, exact.reshape(601, 601).T, levels=[0.0], colors=[REFERENCE],
                       linewidths=2.4, alpha=0.6)  # fmt: skip
-        panel.contour(x, y, shot["level_set"][:, :, k].T, levels=[0.0], colors=[OURS],
+        panel.contour(x, y, field[:, :, 2 * k].T, levels=[0.0], colors=[OURS],
                       linewidths=1.0)  # fmt: skip
         panel.plot([], [], color=OURS, lw=1.0, label="ours")
         panel.plot([], [], color=REFERENCE, lw=2.4, alpha=0.6, label="exact")
         panel.set_aspect("equal")
         panel.set(xlim=(0.15, 0.95), ylim=(0.15, 0.85), xlabel="$x$", ylabel="$y$")
         panel.set_title(f"cut at $z$ = {z[k]:g}, $t$ = {shot.time:g}")
-        panel.legend(loc="center right")
+        panel.legend(loc="upper right")
 
     def _volume(self, panel: Axes, outcome: Outcome) -> None:
         """Error of the volume over time."""
@@ -184,5 +192,6 @@ class EnrightCase(ReversedCase):
         back = self.period - times[times > 0.0]
         if math.isclose(series["time"][-1], self.period):
             panel.plot(back, exact[1:], "o", color=REFERENCE)
-        panel.set(title="area of the surface", xlabel="time $t$", ylim=(0, None))
+        panel.set(title="area of the surface", xlabel="time $t$")
+        panel.set_ylim(0.0, 1.12 * max(*exact, float(series["surface"].max())))
         panel.legend(loc="lower center")

@@ -18,7 +18,6 @@ from pmesh.cases.deformation import (
     KEPT,
     TRACED,
     ReversedCase,
-    exact_level_set,
     exact_surface,
     refined,
     traced,
@@ -135,10 +134,10 @@ class SingleVortexCase(ReversedCase):
         """Particles coloured by their level set, the interface, and the exact one."""
         phi = np.asarray(shot["level_set"], np.float64)
         level = LEVEL * self.width * self.spacing
-        near = np.abs(phi) < 0.999 * level
-        points = shot.grid.points()[:, near]
-        panel.scatter(*points, c=phi[near] / level, s=3.0 * (128 / self.nodes) ** 2, cmap=COLOURS,
-                      vmin=-0.05, vmax=1.0, lw=0)  # fmt: skip
+        near = np.abs(phi) < 0.99995 * level
+        x, y = shot.grid.points()[:, near]
+        size = 3.2 * (128 / self.nodes) ** 2
+        panel.scatter(x, y, c=phi[near] / level, s=size, cmap=COLOURS, vmin=-0.1, vmax=1.35, lw=0)
         field, finer = refined(phi, shot.grid, 4)
         x, y = finer.axes()
         panel.contourf(x, y, field.T, levels=[-1e3, 0.0], colors=[OURS], alpha=1.0)
