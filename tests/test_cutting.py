@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import replace
 
@@ -14,6 +15,7 @@ from levelset.laws import Rotation, SingleVortex, Uniform
 from levelset.shapes import Box, Disk, Sphere
 from levelset.tool import Tool
 from levelset.transport import ParticleLevelSet
+from levelset.triangles import TriangleMesh
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -106,6 +108,23 @@ def test_a_ball_driven_into_a_block_in_space() -> None:
     assert end.removed == pytest.approx(exact, rel=5e-3)
     assert end.volume + end.removed == pytest.approx(start.volume, rel=1e-12)
     assert recipe.ledger(end)["pieces"] == 1
+
+
+def test_bodies_and_tools_may_be_triangle_meshes() -> None:
+    """A brick cut by a plate, both of twelve triangles: the kerf is known."""
+
+    def brick(sides: tuple[float, float, float]) -> TriangleMesh:
+        corners = np.array(list(itertools.product((-0.5, 0.5), repeat=3))) * sides
+        quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+        return TriangleMesh(corners, [t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
+
+    grid = Grid((34, 28, 26), 1 / 24, (-16.5 / 24, -13.5 / 24, -12.5 / 24))
+    still = ParticleLevelSet(grid=grid, velocity=Uniform(velocity=(0.0, 0.0, 0.0)))
+    plate = Tool(shape=brick((0.15, 0.9, 0.4)), shift=lambda t: (0.1, 0.0, 0.7 - 1.4 * t))
+    recipe = Cutting(carrier=still, tools=plate)
+    end = carried(recipe, recipe.start(brick((0.9, 0.6, 0.5))), 2)
+    assert end.removed == pytest.approx(0.15 * 0.6 * 0.5, rel=1e-2)
+    assert recipe.ledger(end)["pieces"] == 2
 
 
 def test_a_blade_through_a_block_leaves_two_pieces_and_takes_a_kerf() -> None:
