@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from remesh.errors import InputError
+from remesh.errors import InputError, as_number
 
 
 @dataclass(frozen=True)
@@ -22,3 +23,11 @@ def tightest(*limits: Limit) -> Limit:
             "tightest() compares limits, got none", hint="tightest(Limit(0.1, 'body'))"
         )
     return min(limits, key=lambda limit: (limit.dt == limit.dt, limit.dt))
+
+
+def check_step(dt: float) -> float:
+    """The step dt [T] as a plain float; refuses what is not a positive, finite number."""
+    step = as_number("dt", dt, hint="flow.limit(state).dt")
+    if not (math.isfinite(step) and step > 0):
+        raise InputError(f"dt must be positive and finite, got {step}", hint="flow.limit(state).dt")
+    return step
