@@ -1,7 +1,7 @@
 """A ball is drawn out into a sheet two cells thin, and back, without tearing: 60 s.
 
-The deformation test of Enright et al., J. Comput. Phys. 183 (2002) 83: the volume must stay, and the
-sheet must stay whole.
+The deformation test of Enright et al., J. Comput. Phys. 183 (2002) 83: the volume must stay, and
+the sheet must stay whole.
 """
 
 import argparse
@@ -43,12 +43,12 @@ for state in states:
 
 @styled
 def draw():
-    figure, (row,) = panels(1, len(states), (3.2 * len(states), 3.0))
+    figure, (row,) = panels(1, len(states), (3.2 * len(states), 3.3))
     for panel, state in zip(row, states, strict=True):
         surface = refined(flow.fields(state)["level_set"], grid, 2)
         layer = Layer(surface=surface, colour=COPPER)
-        show_surface(panel, render(layer, bounds=BOX, view=VIEW, size=(900, 800)))
-        panel.set_title(f"$t$ = {state.time:g}")
+        picture = render(layer, bounds=BOX, view=VIEW, size=(900, 800))
+        show_surface(panel, picture, title=f"$t$ = {state.time:g}")
     return figure
 
 

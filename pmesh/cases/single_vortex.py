@@ -186,13 +186,13 @@ class SingleVortexCase(ReversedCase):
         values = np.array(list(errors.values()))
         panel.loglog(spacing, values, "o-", color=OURS, label="ours")
         for order, colour in ((1, OTHERS[2]), (2, OTHERS[0])):
-            guide = values[-1] * (spacing / spacing[-1]) ** order
+            guide = values[0] * (spacing / spacing[0]) ** order
             panel.loglog(spacing, guide, color=colour, lw=0.9, ls=(0, (4, 3)),
                          label=f"slope {order}")  # fmt: skip
         panel.set_xticks(spacing, labels=[f"1/{nodes}" for nodes in errors])
         panel.minorticks_off()
         panel.set(title="L1 error of the interface at the end", xlabel="spacing $h$")
-        panel.legend(loc="upper left")
+        panel.legend(loc="lower right")
 
 
 def _frame(panel: Axes, title: str) -> None:
