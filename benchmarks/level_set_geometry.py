@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from levelset.curvature import curvature, normal
+from levelset.curvatures import curvature, normal
 from levelset.extension import extend
 from levelset.quadrature import area, volume
 from levelset.shapes import Disk, Sphere

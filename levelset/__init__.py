@@ -11,24 +11,30 @@ if TYPE_CHECKING:
     from levelset import shapes as shapes
     from levelset.band import Band as Band
     from levelset.closest import closest_points as closest_points
-    from levelset.curvature import curvature as curvature
-    from levelset.curvature import normal as normal
     from levelset.curvature_flow import CurvatureFlow as CurvatureFlow
+    from levelset.curvatures import curvature as curvature
+    from levelset.curvatures import normal as normal
+    from levelset.cutting import Cutting as Cutting
     from levelset.extension import extend as extend
     from levelset.quadrature import area as area
     from levelset.quadrature import centroid as centroid
     from levelset.quadrature import integrate as integrate
     from levelset.quadrature import volume as volume
-    from levelset.redistance import redistance as redistance
-    from levelset.redistance import redistance_band as redistance_band
+    from levelset.redistancing import redistance as redistance
+    from levelset.redistancing import redistance_band as redistance_band
     from levelset.surface import contours as contours
     from levelset.surface import triangles as triangles
     from levelset.surface_diffusion import SurfaceDiffusion as SurfaceDiffusion
     from levelset.surface_operators import laplace_beltrami as laplace_beltrami
     from levelset.surface_operators import surface_gradient as surface_gradient
+    from levelset.tool import Swept as Swept
+    from levelset.tool import Tool as Tool
     from levelset.transport import ParticleLevelSet as ParticleLevelSet
 
 _HOME = {
+    "Swept": "levelset.tool",
+    "Tool": "levelset.tool",
+    "Cutting": "levelset.cutting",
     "Band": "levelset.band",
     "CurvatureFlow": "levelset.curvature_flow",
     "ParticleLevelSet": "levelset.transport",
@@ -37,14 +43,14 @@ _HOME = {
     "centroid": "levelset.quadrature",
     "closest_points": "levelset.closest",
     "contours": "levelset.surface",
-    "curvature": "levelset.curvature",
+    "curvature": "levelset.curvatures",
     "extend": "levelset.extension",
     "integrate": "levelset.quadrature",
     "laplace_beltrami": "levelset.surface_operators",
     "laws": "levelset.laws",
-    "normal": "levelset.curvature",
-    "redistance": "levelset.redistance",
-    "redistance_band": "levelset.redistance",
+    "normal": "levelset.curvatures",
+    "redistance": "levelset.redistancing",
+    "redistance_band": "levelset.redistancing",
     "shapes": "levelset.shapes",
     "surface_gradient": "levelset.surface_operators",
     "triangles": "levelset.surface",
@@ -54,8 +60,11 @@ _HOME = {
 __all__ = [
     "Band",
     "CurvatureFlow",
+    "Cutting",
     "ParticleLevelSet",
     "SurfaceDiffusion",
+    "Swept",
+    "Tool",
     "area",
     "centroid",
     "closest_points",

@@ -32,7 +32,7 @@ from levelset.shape import (
 from levelset.slotted import SlottedDisk, SlottedSphere
 from levelset.solids import Capsule, Dumbbell, Torus
 from levelset.star import Star
-from levelset.triangles import TriangleMesh
+from levelset.triangle_mesh import TriangleMesh
 
 __all__ = [
     "Box",

@@ -14,7 +14,7 @@ from levelset.band import Band
 from levelset.lookup import Lattice, around, places, remeshed
 from levelset.profile import LEVEL, distance_of, profile
 from levelset.quadrature import volume
-from levelset.redistance import redistance, redistance_band
+from levelset.redistancing import redistance, redistance_band
 from levelset.sampled import Sampled
 from levelset.shape import Shape
 from remesh.errors import InputError, as_number

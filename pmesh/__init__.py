@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from pmesh.run.watchers import Ledger as Ledger
     from pmesh.spectral.poisson import poisson as poisson
     from pmesh.spectral.poisson import velocity as velocity
+    from pmesh.vortex.carrier import Carrier as Carrier
     from pmesh.vortex.flow import VortexFlow as VortexFlow
     from pmesh.vortex.flowmap import VelocityHistory as VelocityHistory
     from pmesh.vortex.flowmap import ftle as ftle
@@ -38,6 +39,7 @@ else:
 
 __all__ = [
     "BlowUpError",
+    "Carrier",
     "ContactLaw",
     "DirectForcing",
     "Fixed",
@@ -66,6 +68,7 @@ __all__ = [
 ]
 
 _HOME = {
+    "Carrier": "pmesh.vortex.carrier",
     "Fixed": "pmesh.bodies.motion",
     "Free": "pmesh.bodies.motion",
     "Prescribed": "pmesh.bodies.motion",

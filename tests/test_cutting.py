@@ -15,7 +15,7 @@ from levelset.laws import Rotation, SingleVortex, Uniform
 from levelset.shapes import Box, Disk, Sphere
 from levelset.tool import Tool
 from levelset.transport import ParticleLevelSet
-from levelset.triangles import TriangleMesh
+from levelset.triangle_mesh import TriangleMesh
 from remesh.errors import InputError
 from remesh.grid import Grid
 

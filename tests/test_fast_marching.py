@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from levelset.fast_marching import fast_marching
-from levelset.redistance import redistance
+from levelset.redistancing import redistance
 from remesh.errors import InputError
 from remesh.grid import Grid
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from levelset.closest import closest_points
-from levelset.curvature import curvature, normal
+from levelset.curvatures import curvature, normal
 from levelset.shapes import Disk, Sphere
 from remesh.errors import InputError
 from remesh.grid import Grid

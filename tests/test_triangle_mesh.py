@@ -10,7 +10,7 @@ import pytest
 
 from levelset.measure import measure
 from levelset.shapes import Box, Sphere, Torus, TriangleMesh
-from levelset.triangles import merged
+from levelset.triangle_mesh import merged
 from remesh.errors import InputError
 
 CORNERS = np.array([(x, y, z) for x in (-1.0, 1.0) for y in (-0.5, 0.5) for z in (-1.5, 1.5)])

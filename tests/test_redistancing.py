@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from levelset.band import Band
-from levelset.redistance import redistance, redistance_band
+from levelset.redistancing import redistance, redistance_band
 from remesh.errors import InputError
 from remesh.grid import Grid
 
