@@ -407,18 +407,27 @@ def merge(found, values, counts, marks, level, nodes):
 @njit(cache=True, nogil=True)
 def neighbours(node, shape, periodic, diagonal, out):
     """Nodes around one, those along the axes or with ``diagonal`` all; returns how many."""
-    row = shape[1] * shape[2]
-    i, m, c = node // row, (node // shape[2]) % shape[1], node % shape[2]
+    row, columns = shape[1] * shape[2], shape[2]
+    i, c = node // row, node % columns
+    m = (node - i * row) // columns
+    deep = shape[1] > 1
+    inside = 0 < i < shape[0] - 1 and 0 < c < columns - 1 and (not deep or 0 < m < shape[1] - 1)
     count = 0
     for a in range(-1, 2):
-        x = wrapped(i + a, shape[0], periodic[0])
-        for b in range(-1, 2) if shape[1] > 1 else range(1):
-            y = wrapped(m + b, shape[1], periodic[1])
+        for b in range(-1, 2) if deep else range(1):
             for d in range(-1, 2):
-                z = wrapped(c + d, shape[2], periodic[2])
                 moves = abs(a) + abs(b) + abs(d)
-                if moves and (diagonal or moves == 1) and x >= 0 and y >= 0 and z >= 0:
-                    out[count] = (x * shape[1] + y) * shape[2] + z
+                if moves == 0 or not (diagonal or moves == 1):
+                    continue
+                if inside:
+                    out[count] = node + a * row + b * columns + d
+                    count += 1
+                    continue
+                x = wrapped(i + a, shape[0], periodic[0])
+                y = wrapped(m + b, shape[1], periodic[1])
+                z = wrapped(c + d, columns, periodic[2])
+                if x >= 0 and y >= 0 and z >= 0:
+                    out[count] = x * row + y * columns + z
                     count += 1
     return count
 

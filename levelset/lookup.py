@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from levelset import _lookup
 from levelset.band import Band
 from levelset.profile import LEVEL
+from levelset.scratch import borrow, give_back
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
@@ -35,8 +36,9 @@ class Lattice:
         self.threads = thread_count(threads)
         self.shape, self.wraps = _three(grid)
         self.mid = (0, 0) if grid.ndim == 3 else (0,)  # corners of a cell along the middle axis
-        self.known = np.zeros(self.shape, np.uint8)
-        self.fields = np.zeros((*self.shape, grid.ndim + 1))  # displacement in spacings, value
+        mesh = tuple(int(n) for n in self.shape)
+        self.known = borrow("known", mesh, np.uint8)  # zero but at the nodes
+        self.fields = borrow("fields", (*mesh, grid.ndim + 1), np.float64)  # displacement, value
         self.size, self.pieces = split(len(nodes))
         local: Array = (positions - np.array(grid.origin)) / grid.spacing
         share(
@@ -47,7 +49,8 @@ class Lattice:
     def distortion(self) -> float:
         """Largest |ln(principal stretch)| over the cells between particles; infinite if folded.
 
-        Zero for translations and rotations, however large.
+        Of the gradient in the middle of each cell. Zero for translations and rotations, however
+        large.
         """
         grams = np.empty((len(self.nodes), 3, 3))
         folds = np.zeros(self.pieces, np.int64)
@@ -102,11 +105,17 @@ class Lattice:
             if counts.max(initial=0) <= room:
                 break
             room = int(counts.max())
-        marks = np.zeros(self.grid.size, np.uint8)
-        field = np.zeros(self.grid.size)
+        marks = borrow("marks", (self.grid.size,), np.uint8)
+        field = borrow("field", (self.grid.size,), np.float64)
         nodes = np.empty(int(counts.sum()), np.int64)
         total = _lookup.merge(found, values, counts, marks, field, nodes)
         return Looked(self, nodes[:total], field, marks, int(folds.sum()))
+
+    def close(self) -> None:
+        """Let others use its scratch; it is no more."""
+        self.known.reshape(-1)[self.nodes] = 0
+        give_back("known", self.known)
+        give_back("fields", self.fields)
 
 
 class Looked(NamedTuple):
@@ -117,6 +126,14 @@ class Looked(NamedTuple):
     field: Array
     marks: NDArray[np.uint8]  # 1 where the field is known
     folds: int  # cells that are turned inside out
+
+    def close(self, band: Band) -> None:
+        """Let others use its scratch, and that of its lattice, after a band was made of it."""
+        self.marks[self.nodes] = 0
+        self.marks[band.nodes] = 0
+        give_back("marks", self.marks)
+        give_back("field", self.field)
+        self.lattice.close()
 
 
 def remeshed(
@@ -145,7 +162,10 @@ def remeshed(
             f"particles have crossed each other in {found.folds} cells of their lattice",
             hint="a smaller dt or `deformation`, or remeshing more often",
         )
-    return around(found.nodes, found.field, found.marks, grid, width, get_kernel(kernel).half_width)
+    half = get_kernel(kernel).half_width
+    band = around(found.nodes, found.field, found.marks, grid, width, half)
+    found.close(band)
+    return band
 
 
 def around(
