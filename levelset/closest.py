@@ -211,13 +211,13 @@ def pieces_of(count: int) -> tuple[int, int]:
     return size, -(-count // size)
 
 
-def check_level_set(phi: Array, grid: Grid) -> Array:
+def check_level_set(phi: Array, grid: Grid, name: str = "phi") -> Array:
     """Refuse what is not a finite value per node."""
     if phi.shape != grid.shape:
         raise InputError(
-            f"phi must have shape {grid.shape}, got {phi.shape}", hint="one value per node"
+            f"{name} must have shape {grid.shape}, got {phi.shape}", hint="one value per node"
         )
-    _refuse_not_finite(phi)
+    _refuse_not_finite(phi, name)
     return phi
 
 
@@ -236,15 +236,15 @@ def check_nodes(nodes: Nodes, grid: Grid) -> Nodes:
     return known.astype(np.int64, copy=False)
 
 
-def check_band_values(phi: Array, grid: Grid, nodes: Nodes) -> Array:
+def check_band_values(phi: Array, grid: Grid, nodes: Nodes, name: str = "phi") -> Array:
     """The values at the nodes; refuses other shapes and what is not finite there."""
     if phi.shape not in (grid.shape, nodes.shape):
         raise InputError(
-            f"phi must have shape {grid.shape} or {nodes.shape}, got {phi.shape}",
+            f"{name} must have shape {grid.shape} or {nodes.shape}, got {phi.shape}",
             hint="one value per node of the grid, or per node of the band",
         )
     values = phi if phi.shape == nodes.shape else phi.reshape(-1)[nodes]
-    _refuse_not_finite(values)
+    _refuse_not_finite(values, name)
     return values
 
 
@@ -267,10 +267,10 @@ def scattered(values: Array, nodes: Nodes, grid: Grid) -> Array:
     return Band(grid, nodes, known).on_grid().reshape(-1)
 
 
-def _refuse_not_finite(values: Array) -> None:
+def _refuse_not_finite(values: Array, name: str) -> None:
     bad = int(np.size(values) - np.count_nonzero(np.isfinite(values)))
     if bad:
         raise InputError(
-            f"phi must be finite, it is not at {bad} of {values.size} nodes",
+            f"{name} must be finite, it is not at {bad} of {values.size} nodes",
             hint="check the velocity that moved it",
         )

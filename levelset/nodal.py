@@ -35,21 +35,21 @@ class Laid(NamedTuple):
         return self.flat[self.nodes] if self.gaps else self.flat
 
 
-def laid_out(phi: Array, grid: Grid, nodes: Nodes | None = None) -> Laid:
+def laid_out(phi: Array, grid: Grid, nodes: Nodes | None = None, *, name: str = "phi") -> Laid:
     """The level set for the loops, in float64; with ``nodes`` its cost is that of the nodes.
 
     Refuses another shape than the grid's, nodes that do not ascend or lie beyond it, and values
-    that are not finite where they are known.
+    that are not finite where they are known; errors call the values by ``name``.
     """
     values = np.asarray(phi)
     shape = np.array((*grid.shape, 1)[:3], np.int64)
     wraps = np.array((*grid.periodic, False)[:3])
     if nodes is None:
-        flat = np.ascontiguousarray(check_level_set(values, grid), np.float64).reshape(-1)
+        flat = np.ascontiguousarray(check_level_set(values, grid, name), np.float64).reshape(-1)
         size, pieces = split(flat.size)
         return Laid(flat, shape, wraps, np.zeros(1, np.int64), False, size, pieces)
     places = np.ascontiguousarray(check_nodes(nodes, grid))
-    known = check_band_values(values, grid, places).astype(np.float64)
+    known = check_band_values(values, grid, places, name).astype(np.float64)
     size, pieces = split(len(places))
     flat = np.asarray(scattered(known, places, grid), np.float64)
     return Laid(flat, shape, wraps, places, True, size, pieces)
