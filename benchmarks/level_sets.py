@@ -16,11 +16,12 @@ from collections.abc import Callable
 
 import numpy as np
 
+from levelset.interface import Interface
 from levelset.laws import Deformation, SingleVortex
 from levelset.lookup import Lattice, around, places
 from levelset.profile import LEVEL
 from levelset.shapes import Disk, Sphere
-from levelset.transport import Interface, ParticleLevelSet
+from levelset.transport import ParticleLevelSet
 from pmesh.cases.deformation import interface_error
 from remesh.grid import Grid
 from remesh.kernels import get_kernel

@@ -493,7 +493,7 @@ def order(nodes, count, columns, starts, result):
     for row in range(starts.size - 1):
         end = starts[row]
         if end - begin > 1:
-            result[begin:end] = np.sort(result[begin:end])
+            result[begin:end].sort()
         begin = end
 
 

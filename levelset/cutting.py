@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
+from levelset.interface import Interface
 from levelset.laws import Uniform
 from levelset.lookup import places
 from levelset.pieces import pieces
@@ -19,7 +20,7 @@ from levelset.quadrature import volume
 from levelset.rows import runs
 from levelset.shape import Bounds, Shape
 from levelset.tool import Path, Sweep, Tool, sides
-from levelset.transport import Interface, ParticleLevelSet
+from levelset.transport import ParticleLevelSet
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
@@ -212,7 +213,7 @@ class Cutting:
         if self.resting:
             return _kept(body, np.abs(body.values) < self._level)
         body = _kept(body, depth > -self._margin)
-        return self.carrier.remesh(body) if self.carrier._due(body) else body
+        return self.carrier.remesh(body) if self.carrier.due(body) else body
 
     @property
     def _level(self) -> float:

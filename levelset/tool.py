@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.shape import Array, Bounds, Shape, around, grown, vector
+from levelset.thickness import thickness
 from remesh.errors import InputError, as_number
 
 Values = NDArray[np.float64]
@@ -20,6 +21,7 @@ Path = Callable[[Values, NDArray[np.int64]], Values]  # see `Sweep.distance`
 ROOM = 4_000_000  # distances of places from poses in memory
 MOST = 100_000  # poses of one sweep
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+PROBES = 32  # uneven times at which a path is seen before its poses are chosen
 CUTS = 10  # golden sections of the time around the closest pose
 
 
@@ -62,34 +64,47 @@ class Tool:
             ("shift", self.shift, self.shape.ndim),
             ("angle", self.angle, turns),
         ):
-            given: Any = np.zeros(count) if law is None else law(time)
-            given = np.atleast_1d(np.asarray(given, np.float64))
-            parts.append(vector(f"Tool: {name}({time:g})", given.tolist(), count))
+            given: Any = (0.0,) * count if law is None else law(time)
+            single = isinstance(given, str) or np.ndim(given) == 0
+            parts.append(vector(f"Tool: {name}({time:g})", (given,) if single else given, count))
         return parts[0], parts[1]
 
     def sweep(self, start: float, stop: float, pace: float) -> Sweep:
-        """The tool's poses from one time to another, its box moving at most ``pace`` [L] each."""
+        """The tool's poses from one time to another, its box moving at most ``pace`` [L] each.
+
+        The path is seen at 32 uneven times first; then poses grow more until, at an uneven time
+        between any two, the tool is within half a pace of where their parabola has it. Moves that
+        are over within 1/32 of the time may be missed. Refuses paths of too many poses.
+        """
         corners = _corners(self.shape.bounds())
-        count = 2
-        while True:
-            times = np.linspace(start, stop, count + 1)
-            told = [self.pose(float(time)) for time in times]
-            shifts, angles = (np.array(part) for part in zip(*told, strict=True))
-            placed = np.stack(
-                [
-                    _turned(corners, np.repeat(a[:, None], corners.shape[1], 1)) + s[:, None]
-                    for s, a in zip(shifts, angles, strict=True)
-                ]
-            )
-            move = np.sqrt(((placed[1:] - placed[:-1]) ** 2).sum(axis=1)).max()
+        span = stop - start
+        seen = np.sort((GOLDEN * np.arange(1, PROBES + 1)) % 1.0)
+        shifts, angles = self._poses(start + span * np.concatenate([[0.0], seen, [1.0]]))
+        moves = _moves(_placed(corners, shifts, angles))
+        fastest = float((moves / np.diff(seen, prepend=0.0, append=1.0)).max())
+        count = max(2, math.ceil(min(fastest / pace, 2.0 * MOST)))
+        while count <= MOST:
+            shifts, angles = self._poses(np.linspace(start, stop, count + 1))
+            move = float(_moves(_placed(corners, shifts, angles)).max())
             if move <= pace:
-                return Sweep(self.shape, shifts, angles, pace)
-            count = max(count + 1, math.ceil(count * float(move) / pace))
-            if count > MOST:
-                raise InputError(
-                    f"the tool's path from t = {start:g} to {stop:g} takes more than {MOST} poses",
-                    hint="a shorter time, or a coarser grid",
-                )
+                found = Sweep(self.shape, shifts, angles, pace)
+                part = np.arange(count) + 0.2 + 0.6 * ((GOLDEN * np.arange(count)) % 1.0)
+                there = _placed(corners, *self._poses(start + span / count * part))
+                off = there - _placed(corners, *found.pose(np.clip(np.rint(part), 1, count - 1)
+                                                           .astype(np.int64), part))  # fmt: skip
+                if np.sqrt((off**2).sum(axis=1)).max() <= 0.5 * pace:
+                    return found
+            count = max(2 * count, math.ceil(min(count * move / pace, 2.0 * MOST)))
+        raise InputError(
+            f"the tool's path from t = {start:g} to {stop:g} takes more than {MOST} poses",
+            hint="a law of time without jumps, a shorter time, or a coarser grid",
+        )
+
+    def _poses(self, times: Values) -> tuple[Values, Values]:
+        """Shifts (count, ndim) and angles (count, 1 or 3) at some times; no jumps of whole turns."""
+        told = [self.pose(float(time)) for time in times]
+        shifts, angles = (np.array(part) for part in zip(*told, strict=True))
+        return shifts, _continued(angles)
 
 
 class Sweep(NamedTuple):
@@ -163,17 +178,25 @@ class Sweep(NamedTuple):
             one, two = np.where(left, fresh, two), np.where(left, one, fresh)
         return np.minimum(one, two)
 
-    def _seen(self, places: Values, middle: Any, moment: Values) -> Values:
-        """Signed distance of places, each at its own moment, in poses from the first."""
+    def pose(self, middle: Any, moment: Values) -> tuple[Values, Values]:
+        """Shifts (n, ndim) [L] and angles (n, 1 or 3) [rad] at moments, in poses from the first.
+
+        By the parabola through the pose ``middle`` and its neighbours, one per moment.
+        """
         u = moment - middle
         weights = (0.5 * u * (u - 1.0), 1.0 - u * u, 0.5 * u * (u + 1.0))
         shift, angle = (
-            sum(w[:, None] * rows[middle + k] for k, w in zip((-1, 0, 1), weights, strict=True)).T
+            sum(w[:, None] * rows[middle + k] for k, w in zip((-1, 0, 1), weights, strict=True))
             for rows in (self.shifts, self.angles)
         )
-        local = places - shift
+        return shift, angle
+
+    def _seen(self, places: Values, middle: Any, moment: Values) -> Values:
+        """Signed distance of places, each at its own moment, in poses from the first."""
+        shift, angle = self.pose(middle, moment)
+        local = places - shift.T
         if self.angles.any():
-            local = _turned(local, -angle)
+            local = _turned(local, -angle.T)
         return np.asarray(self.shape.distance(local), np.float64)
 
 
@@ -182,8 +205,8 @@ class Swept(Shape):
     """All that a tool touches from one time to another.
 
     Outside, the distance is the tool's least one on its way; inside, its size is a lower bound, as
-    in a union. The tool's path is followed at a ``pace`` [L] per pose, a twentieth of the tool if
-    none is given, and each place then finds its own closest moment: no ridges between poses. As
+    in a union. The tool's path is followed at a ``pace`` [L] per pose, a twentieth of the
+    tool's thickness if none is given, and each place then finds its own closest moment: no ridges between poses. As
     exact as the tool's distance, where it has one least value in two poses. Never too large.
     """
 
@@ -193,7 +216,12 @@ class Swept(Shape):
     pace: float | None = field(default=None, kw_only=True)  # [L]
 
     def __post_init__(self) -> None:
-        """Refuse times that are not in order, and a pace that is not positive."""
+        """Refuse what is not a tool, times not in order, and a pace that is not positive."""
+        if not isinstance(self.tool, Tool):
+            raise InputError(
+                f"Swept: tool must be a Tool, got {self.tool!r}",
+                hint="Swept(Tool(shape=Disk(0.1), shift=lambda t: (t, 0.0)), 0.0, 1.0)",
+            )
         for name in ("start", "stop"):
             object.__setattr__(self, name, as_number(f"Swept: {name}", getattr(self, name),
                                                      hint=f"{name}=0.0"))  # fmt: skip
@@ -202,13 +230,16 @@ class Swept(Shape):
                 f"Swept: start must come before stop, got {self.start} and {self.stop}",
                 hint="Swept(tool, 0.0, 1.0)",
             )
-        if self.pace is not None and not (math.isfinite(self.pace) and self.pace > 0):
-            raise InputError(f"Swept: pace must be a positive length, got {self.pace}",
-                             hint="pace=0.01")  # fmt: skip
+        if self.pace is not None:
+            pace = as_number("Swept: pace", self.pace, hint="pace=0.01")
+            if not (math.isfinite(pace) and pace > 0):
+                raise InputError(f"Swept: pace must be a positive length, got {pace}",
+                                 hint="pace=0.01")  # fmt: skip
+            object.__setattr__(self, "pace", pace)
 
     @cached_property
     def _sweep(self) -> Sweep:
-        pace = 0.05 * float(sides(self.tool.shape).min()) if self.pace is None else self.pace
+        pace = 0.05 * thickness(self.tool.shape) if self.pace is None else self.pace
         return self.tool.sweep(self.start, self.stop, pace)
 
     @property
@@ -235,16 +266,35 @@ class Swept(Shape):
         return np.asarray(found.reshape(points.shape[1:]))
 
 
-def sides(shape: Shape) -> Values:
-    """Sides of the box around a shape (ndim,) [L]."""
-    low, high = shape.bounds()
-    return np.subtract(high, low)
-
-
 def _corners(bounds: Bounds) -> Values:
     """Corners of a box, (ndim, 2^ndim)."""
     grids = np.meshgrid(*zip(*bounds, strict=True), indexing="ij")
     return np.stack([part.ravel() for part in grids]).astype(np.float64)
+
+
+def _placed(corners: Values, shifts: Values, angles: Values) -> Values:
+    """Corners (count, ndim, corners) in some poses."""
+    count, across = len(shifts), corners.shape[1]
+    turned = _turned(np.tile(corners, count), np.repeat(angles.T, across, axis=1))
+    return turned.reshape(-1, count, across).swapaxes(0, 1) + shifts[:, :, None]
+
+
+def _moves(placed: Values) -> Values:
+    """The largest move of a corner from each pose to the next [L]."""
+    return np.asarray(np.sqrt(((placed[1:] - placed[:-1]) ** 2).sum(axis=1)).max(axis=1))
+
+
+def _continued(angles: Values) -> Values:
+    """Angles (count, 1 or 3) of the same poses, each with the whole turns nearest to the last's."""
+    if angles.shape[1] == 1:
+        return np.unwrap(angles, axis=0)
+    found = angles.copy()
+    for last, here in zip(found[:-1], found[1:], strict=True):
+        turn = math.sqrt(float(here @ here))
+        if turn > 0.0:
+            whole = round(float(here @ last / turn - turn) / (2.0 * math.pi))
+            here *= 1.0 + 2.0 * math.pi * whole / turn
+    return found
 
 
 def _turned(places: Values, angle: Values) -> Values:

@@ -11,42 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
+from levelset.interface import Interface
 from levelset.lookup import Lattice, around, places, remeshed
 from levelset.profile import LEVEL, distance_of, profile
 from levelset.quadrature import volume
 from levelset.redistancing import redistance, redistance_band
 from levelset.sampled import Sampled
+from levelset.seams import across_seams, image_distance
 from levelset.shape import Shape
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
-from remesh.limit import Limit
+from remesh.limit import Limit, check_step, tightest
 from remesh.paths import Velocity, get_scheme, travel
-from remesh.reconstruction import reconstruct
+from remesh.reconstruction import CUTOFF, reconstruct
 
 Array = NDArray[np.floating[Any]]
 Nodes = NDArray[np.int64]
+SHARES = np.linspace(0.0, 1.0, 9)  # of a step, at which its velocity gradient is asked for
 EDGE = 2  # spacings that an interface must stay away from the end of an unbounded axis
-
-
-@dataclass(frozen=True, kw_only=True)
-class Interface:
-    """An interface at one instant: the particles near it. A value: a step makes a new one."""
-
-    time: float  # [T]
-    step: int  # steps taken since the start
-    grid: Grid
-    nodes: Nodes  # (n,), where each particle started after the last remeshing; ascending
-    positions: Array  # (n, ndim), where it is [L]
-    values: Array  # (n,), what it carries: the profile of its distance [L]
-    gradient: float  # largest |grad u| where particles are [1/T]
-    age: int = 0  # steps since the last remeshing
-    remeshings: int = 0  # since the start
-
-    @property
-    def size(self) -> int:
-        """Number of particles."""
-        return len(self.nodes)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +54,7 @@ class ParticleLevelSet:
     remeshing: Literal["always", "distorted", "never"] | int = "always"  # or every so many steps
     distortion: float = 0.5  # largest |ln stretch| of the particles' lattice, for "distorted"
     deformation: float = 0.5  # largest dt * max|grad u| of a substep
+    largest_step: float = math.inf  # upper bound of dt [T]
     redistancing: int | None = None  # remeshings from one redistancing to the next
     threads: int | None = field(default=None, compare=False)
 
@@ -78,6 +62,8 @@ class ParticleLevelSet:
         """Refuse settings that cannot be computed with."""
         get_kernel(self.kernel)
         get_scheme(self.time_scheme)
+        if not isinstance(self.grid, Grid):
+            raise InputError(f"grid must be a Grid, got {self.grid!r}", hint="remesh.Grid(...)")
         if not callable(self.velocity):
             raise InputError(
                 f"velocity must be a law u(time, positions), got {self.velocity!r}",
@@ -87,6 +73,10 @@ class ParticleLevelSet:
             value = as_number(name, getattr(self, name), hint=f"{name}=0.5")
             if not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name} must be positive, got {value}", hint=f"{name}=0.5")
+        if not as_number("largest_step", self.largest_step) > 0:
+            raise InputError(
+                f"largest_step must be positive, got {self.largest_step}", hint="largest_step=0.1"
+            )
         if self.width < 2:
             raise InputError(
                 f"width must be at least 2 spacings, got {self.width}", hint="width=6.0"
@@ -111,11 +101,15 @@ class ParticleLevelSet:
     def start(self, shape: Shape | Array, *, time: float = 0.0) -> Interface:
         """Particles on the nodes near the surface of a shape, or of a level set on the grid.
 
-        A shape gives its distance; an array of ``grid.shape`` is redistanced. Refuses an interface
-        that is empty, or not inside the box, and values that are not finite.
+        A shape gives its distance, on a periodic axis that of its nearest image; an array of
+        ``grid.shape`` is redistanced. Looks at every node of the grid. Refuses an interface that is
+        empty, or not inside the box, and values that are not finite.
         """
+        start = as_number("time", time)
+        if not math.isfinite(start):
+            raise InputError(f"time must be finite, got {time}", hint="time=0.0")
         if isinstance(shape, Shape):
-            distance = shape.distance(self._points(shape))
+            distance = image_distance(shape, self.grid)
         else:
             distance = redistance(shape, self.grid, width=self.reach, threads=self.threads)
         self._check_start(distance)
@@ -123,27 +117,37 @@ class ParticleLevelSet:
         nodes = np.flatnonzero(np.abs(distance.ravel()) < self.reach)
         band = Band(self.grid, nodes, values[nodes])
         if self.remeshing != "never":
-            marks = np.zeros(values.size, np.uint8)
-            marks[nodes] = 1
+            known = np.ones(values.size, np.uint8)
             more = get_kernel(self.kernel).half_width
-            band = around(nodes, values, marks, self.grid, self.reach, more)
+            band = around(nodes, values, known, self.grid, self.reach, more)
         state = self._on_nodes(band, Interface(
-            time=float(time), step=0, grid=self.grid, nodes=band.nodes,
+            time=start, step=0, grid=self.grid, nodes=band.nodes,
             positions=np.empty((0, self.grid.ndim)), values=band.values, gradient=0.0,
         ))  # fmt: skip
         return replace(state, gradient=self._gradient(state))
 
     def step(self, state: Interface, dt: float) -> Interface:
         """The interface one step of dt [T] later."""
-        places, scheme, part = state.positions, get_scheme(self.time_scheme), dt / self.substeps
+        step, scheme, positions = check_step(dt), get_scheme(self.time_scheme), state.positions
+        part = step / self.substeps
         for k in range(self.substeps):
-            places = travel(places, self._velocity, state.time + k * part, part, scheme)
+            positions = travel(positions, self._velocity, state.time + k * part, part, scheme)
+        self._check_inside(positions, state.values)
         moved = replace(
-            state, time=state.time + dt, step=state.step + 1, age=state.age + 1, positions=places
-        )
-        if self._due(moved):
+            state, time=state.time + step, step=state.step + 1, age=state.age + 1,
+            positions=positions,
+        )  # fmt: skip
+        if self.due(moved):
             moved = self.remesh(moved)
         return replace(moved, gradient=self._gradient(moved))
+
+    def due(self, state: Interface) -> bool:
+        """Whether the particles are to be remeshed."""
+        if self.remeshing == "distorted":
+            return self._lattice(state).distortion() > self.distortion
+        if isinstance(self.remeshing, int):
+            return state.age >= self.remeshing
+        return self.remeshing == "always"
 
     def remesh(self, state: Interface) -> Interface:
         """The same interface, its particles on nodes again; those far from it are dropped."""
@@ -156,7 +160,7 @@ class ParticleLevelSet:
     def band(self, state: Interface) -> Band:
         """The level set on the nodes near the interface: profile values [L], zero on it."""
         if state.age == 0:
-            return Band(self.grid, state.nodes, state.values)
+            return Band(self.grid, state.nodes, state.values.copy())
         return remeshed(
             self.grid, state.nodes, state.positions, state.values, self.kernel, self.reach,
             threads=self.threads,
@@ -177,25 +181,44 @@ class ParticleLevelSet:
         from particles. Of order ``degree + 1`` while they overlap.
         """
         distances = distance_of(state.values, self.reach)
-        return reconstruct(
-            state.positions, distances, points, radius * self.grid.spacing, degree=degree,
-            threads=self.threads,
-        )  # fmt: skip
+        width = radius * self.grid.spacing
+        positions, distances, places = across_seams(
+            state.positions, distances, points, self.grid, CUTOFF * width
+        )
+        return reconstruct(positions, distances, places, width, degree=degree, threads=self.threads)
 
     def shape(self, state: Interface) -> Sampled:
         """The interface as a shape: a body for a flow, a tool to cut with, something to measure."""
         return Sampled(self.distance(state).filled(self.reach), self.grid)
 
     def limit(self, state: Interface) -> Limit:
-        """The step at which the velocity gradient deforms the particles' lattice as allowed."""
-        rate = state.gradient / self.substeps
-        return Limit(self.deformation / rate if rate > 0 else math.inf, "deformation")
+        """The step in which the velocity gradient deforms the particles' lattice as allowed.
+
+        A law that knows its ``max_gradient`` is asked for the whole step, others are measured at
+        its start.
+        """
+        known = getattr(self.velocity, "max_gradient", None)
+        rate, allowed = state.gradient, self.substeps * self.deformation
+        dt = allowed / rate if rate > 0 else math.inf
+        while known is not None and math.isfinite(dt):
+            rate = max(known(state.time + share * dt) for share in SHARES)
+            if rate * dt <= allowed * (1 + 1e-9):
+                break
+            dt = min(allowed / rate, 0.9 * dt)
+        return tightest(Limit(dt, "deformation"), Limit(self.largest_step, "largest_step"))
 
     def ledger(self, state: Interface) -> Mapping[str, float]:
-        """Volume inside, and how many particles and remeshings it took."""
-        band = self.band(state)
+        """Volume inside, and how many particles and remeshings it took.
+
+        The volume is NaN where particles that were not remeshed have left holes between them.
+        """
+        try:
+            band = self.band(state)
+            inside = volume(band.values, self.grid, nodes=band.nodes, threads=self.threads)
+        except InputError:
+            inside = math.nan
         return {
-            "volume": volume(band.values, self.grid, nodes=band.nodes, threads=self.threads),
+            "volume": inside,
             "particles": float(state.size),
             "remeshings": float(state.remeshings),
         }
@@ -222,29 +245,27 @@ class ParticleLevelSet:
             )  # fmt: skip
         return found
 
-    def _due(self, state: Interface) -> bool:
-        """Whether to remesh."""
-        if self.remeshing == "never":
-            return False
-        if self.remeshing == "always":
-            return True
-        if self.remeshing == "distorted":
-            return self._lattice(state).distortion() > self.distortion
-        return state.age >= self.remeshing
-
     def _on_nodes(self, band: Band, state: Interface) -> Interface:
         """Particles on the nodes of a band; refuses one that reaches the end of an axis."""
         positions = places(self.grid, band.nodes)
+        self._check_inside(positions, band.values)
+        return replace(state, nodes=band.nodes, values=band.values, positions=positions)
+
+    def _check_inside(self, positions: Array, values: Array) -> None:
+        """Refuse an inside that reaches the end of an unbounded axis."""
         half = 0.5 * self.grid.spacing
         for axis, (low, length) in enumerate(zip(self.grid.origin, self.grid.length, strict=True)):
             along = positions[:, axis]
-            ends = (along < low + half) | (along > low + length - half)
-            if not self.grid.periodic[axis] and (band.values[ends] < 0).any():
+            if self.grid.periodic[axis] or not along.size:
+                continue
+            first, last = low + half, low + length - half
+            if along.min() >= first and along.max() <= last:
+                continue
+            if (values[(along < first) | (along > last)] < 0).any():
                 raise InputError(
                     f"the interface has reached the end of the box along axis {axis}",
                     hint="a larger box, or a periodic axis",
                 )
-        return replace(state, nodes=band.nodes, values=band.values, positions=positions)
 
     def _redistanced(self, band: Band) -> Band:
         near = redistance_band(band.values, self.grid, band.nodes, self.reach, threads=self.threads)
@@ -260,14 +281,6 @@ class ParticleLevelSet:
 
     def _lattice(self, state: Interface) -> Lattice:
         return Lattice(self.grid, state.nodes, state.positions, state.values, self.threads)
-
-    def _points(self, shape: Shape) -> Array:
-        if shape.ndim != self.grid.ndim:
-            raise InputError(
-                f"the shape has {shape.ndim} dimensions, the grid {self.grid.ndim}",
-                hint="a shape and a grid of one dimension",
-            )
-        return self.grid.points()
 
     def _check_start(self, distance: Array) -> None:
         """Refuse what has no interface in the box, or one that touches the box's edge."""

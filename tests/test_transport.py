@@ -11,13 +11,16 @@ import numpy as np
 import pytest
 
 import pmesh
+from levelset.interface import Interface
 from levelset.laws import Deformation, Rotation, Shear, SingleVortex, Uniform
 from levelset.lookup import places
+from levelset.profile import profile
 from levelset.quadrature import area, centroid, volume
 from levelset.shapes import Box, Capsule, Disk, SlottedDisk, SlottedSphere, Sphere, Torus
-from levelset.transport import Interface, ParticleLevelSet
+from levelset.transport import ParticleLevelSet
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
+from remesh.limit import Limit
 
 DISK = SlottedDisk(15.0, 5.0, 25.0, center=(50.0, 75.0))
 BOX = Grid((101, 101), 1.0)
@@ -335,6 +338,8 @@ SETTINGS: dict[str, Any] = {"grid": UNIT, "velocity": SingleVortex(period=8.0)}
         ({"substeps": 0}, "substeps must be a whole number >= 1, got 0"),
         ({"redistancing": 2.5}, "redistancing must be a whole number >= 1"),
         ({"deformation": math.nan}, "deformation must be positive"),
+        ({"largest_step": 0.0}, "largest_step must be positive, got 0.0"),
+        ({"grid": None}, "grid must be a Grid, got None"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(change, match):
@@ -385,3 +390,83 @@ def test_a_torus_and_a_capsule_are_carried_too():
         start = flow.start(shape)
         end = carried(flow, start, 1.0, 4)
         assert mean_error(flow, end, shape.moved(angle=(0.3, 0.5, -0.2))) < 0.03 * grid.spacing
+
+
+def test_what_is_known_at_the_start_is_kept_to_the_last_digit():
+    start = ParticleLevelSet(grid=UNIT, velocity=TURN).start(CIRCLE)
+    exact = profile(CIRCLE.distance(start.positions.T), 6 / 64)
+    np.testing.assert_array_equal(start.values, exact)
+
+
+def test_a_law_that_comes_to_rest_for_an_instant_does_not_let_the_step_run_away():
+    """The gradient of a reversed vortex is zero at half its period, and grows again."""
+    flow = ParticleLevelSet(grid=UNIT, velocity=SingleVortex(period=8.0))
+    start = flow.start(CIRCLE, time=4.0)
+    step = flow.limit(start).dt
+    most = max(SingleVortex(period=8.0).max_gradient(4.0 + s * step) for s in (0, 0.5, 0.9, 1))
+    assert 0.005 < most * step <= 0.5 * (1 + 1e-6)
+    end = pmesh.run(flow, start, until=5.0)
+    assert end.step < 40
+
+
+def test_the_largest_step_is_that_of_the_user():
+    flow = ParticleLevelSet(grid=UNIT, velocity=TURN, largest_step=0.125)
+    assert flow.limit(flow.start(CIRCLE)) == Limit(0.125, "largest_step")
+
+
+@pytest.mark.parametrize("remeshing", ["never", "distorted", 30])
+def test_an_interface_that_leaves_without_being_remeshed_is_told_as_well(remeshing):
+    law = Uniform(velocity=(0.0, 1.0))
+    flow = ParticleLevelSet(grid=UNIT, velocity=law, remeshing=remeshing)
+    with pytest.raises(InputError, match="has reached the end of the box along axis 1"):
+        carried(flow, flow.start(CIRCLE), 0.5, 25)
+
+
+@pytest.mark.parametrize("center", [(0.05, 0.5), (0.0, 0.0), (0.5, 0.97)])
+def test_a_shape_across_a_seam_is_whole(center):
+    grid = Grid((64, 64), 1 / 64, boundary="periodic")
+    law = Uniform(velocity=(1.0, -0.5))
+    exact = math.pi * 0.2**2
+    for remeshing in ("always", "never"):
+        flow = ParticleLevelSet(grid=grid, velocity=law, remeshing=remeshing)
+        start = flow.start(Disk(0.2, center=center))
+        assert flow.ledger(start)["volume"] == pytest.approx(exact, rel=1e-4)
+        end = carried(flow, start, 12.0, 24)
+        assert flow.ledger(end)["volume"] == pytest.approx(exact, rel=1e-3)
+        around = np.array([[0.2, 0.0], [0.0, 0.2], [-0.14, 0.14]]) + center
+        assert np.abs(flow.rebuild(end, around)).max() < 0.2 / 64
+
+
+def test_where_particles_have_lost_each_other_the_ledger_says_so_and_the_run_goes_on():
+    flow = ParticleLevelSet(
+        grid=UNIT, velocity=SingleVortex(period=math.inf), remeshing="never", width=2.8
+    )
+    ledger = pmesh.Ledger()
+    end = pmesh.run(flow, flow.start(CIRCLE), until=3.0, watch=[ledger])
+    assert end.time == 3.0
+    assert math.isfinite(ledger.series["volume"][0])
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.1, math.nan, math.inf, "a"])
+def test_steps_that_are_none_are_refused(dt):
+    flow = ParticleLevelSet(**SETTINGS)
+    with pytest.raises(InputError, match="dt must be"):
+        flow.step(flow.start(CIRCLE), dt)
+
+
+def test_looking_at_a_state_does_not_lend_it_out():
+    flow = ParticleLevelSet(**SETTINGS)
+    start = flow.start(CIRCLE)
+    flow.band(start).values[:] = 7.0
+    assert start.values.max() < 1.0
+
+
+def test_an_interface_that_has_shrunk_to_nothing_is_carried_on_as_nothing():
+    def sink(time: float, at: np.ndarray) -> np.ndarray:
+        return -2.0 * (at - np.array([0.5, 0.75]))
+
+    flow = ParticleLevelSet(grid=UNIT, velocity=sink)
+    end = carried(flow, flow.start(CIRCLE), 3.0, 60)
+    assert flow.ledger(end)["volume"] == 0.0
+    assert end.size == 0
+    assert (flow.fields(end)["level_set"] > 0).all()

@@ -13,7 +13,8 @@ from remesh.grid import Grid
 from remesh.limit import Limit
 
 if TYPE_CHECKING:
-    from levelset.transport import Interface, ParticleLevelSet
+    from levelset.interface import Interface
+    from levelset.transport import ParticleLevelSet
 
 Array = NDArray[np.floating[Any]]
 Values = NDArray[np.float64]

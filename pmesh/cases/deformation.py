@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.interface import Interface
 from levelset.laws import Deformation, SingleVortex
 from levelset.shapes import Disk, Sphere
-from levelset.transport import Interface, ParticleLevelSet
+from levelset.transport import ParticleLevelSet
 from pmesh.cases.case import Case, Outcome
 from pmesh.cases.options import option
 from pmesh.run.summary import Metric

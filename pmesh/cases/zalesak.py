@@ -23,8 +23,9 @@ from remesh.grid import Grid
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from levelset.interface import Interface
     from levelset.laws import Rotation
-    from levelset.transport import Interface, ParticleLevelSet
+    from levelset.transport import ParticleLevelSet
     from pmesh.run.protocols import Moment, Watcher
     from pmesh.run.series import Series
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from levelset.interface import Interface
     from levelset.laws import Rotation
-    from levelset.transport import Interface
 
 Values = NDArray[np.float64]
 

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+    from levelset.interface import Interface
     from levelset.laws import Rotation
-    from levelset.transport import Interface
     from pmesh.run.snapshots import Snapshot
 
 Values = NDArray[np.float64]

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.interface import Interface
 from levelset.shape import Shape
-from levelset.transport import Interface, ParticleLevelSet
+from levelset.transport import ParticleLevelSet
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.flowmap import VelocityHistory
 from pmesh.vortex.state import State
