@@ -3,7 +3,7 @@
 Steps of a disk in the single vortex and of a ball in the deformation field, remeshed at each one:
 rates with M4' and L6,4, RK2 and RK4; nanoseconds per particle of the parts of a step; the exponent
 of the time per step over the number of nodes along a side (the interface's is ndim - 1); the same
-step with particles on all nodes of the mesh. Medians. Two minutes; ``--quick`` twenty seconds.
+step with particles on all nodes of the mesh. Medians. Half a minute; ``--quick`` ten seconds.
 ``--courant`` instead tells the error of the single vortex at grid CFL 1, 5, 20 and 40 (minutes).
 """
 
