@@ -1,8 +1,9 @@
 """Compiled loops over nodes: derivatives of what is known there, and the surface operators.
 
-Fields are flat, of a mesh ``(nx, nm, nc)``; in 2-D the middle axis has one node, and no derivative.
-``known`` tells the nodes that may be read. Differences are central, of order 4 where all their
-nodes are known, else of order 2, else they lean to the side that is; NaN where even that fails.
+Fields are flat, of three axes; an axis of one node, as in the plane, has no derivative. With
+``gaps`` a value of exactly zero is a node that is unset, and not read. Differences are central, of
+order 4 where all their nodes are known, else of order 2, else they lean to the side that is; NaN
+where even that fails.
 """
 
 # mypy: disable-error-code="no-untyped-def, no-untyped-call"
@@ -54,7 +55,7 @@ def bend(f, ok):
 
 
 @njit(cache=True, nogil=True)
-def twist(flat, known, place, first, second, shape, wraps, f, ok):
+def twist(flat, gaps, place, first, second, shape, wraps, f, ok):
     """Mixed derivative per squared node spacing: order 4, or the mean of the quadrants known."""
     strides = (shape[1] * shape[2], shape[2], 1)
     here = place[0] * strides[0] + place[1] * strides[1] + place[2]
@@ -65,7 +66,7 @@ def twist(flat, known, place, first, second, shape, wraps, f, ok):
         for b in range(5):
             j = moved(place[second], b - 2, shape[second], wraps[second])
             node = base + i * strides[first] + j * strides[second]
-            ok[a, b] = i >= 0 and j >= 0 and known[node]
+            ok[a, b] = i >= 0 and j >= 0 and not (gaps and flat[node] == 0.0)
             f[a, b] = flat[node] if ok[a, b] else 0.0
             all_known &= ok[a, b] or a == 2 or b == 2
     if all_known:
@@ -85,7 +86,7 @@ def twist(flat, known, place, first, second, shape, wraps, f, ok):
 
 
 @njit(cache=True, nogil=True)
-def jet(flat, known, place, shape, wraps, second, f, ok, g, gk, out):
+def jet(flat, gaps, place, shape, wraps, second, f, ok, g, gk, out):
     """Slopes out[:3], bends out[3:6], twists xy, xz, yz out[6:] of a field at one node."""
     out[:] = 0.0
     strides = (shape[1] * shape[2], shape[2], 1)
@@ -96,7 +97,7 @@ def jet(flat, known, place, shape, wraps, second, f, ok, g, gk, out):
         for a in range(5):
             i = moved(place[axis], a - 2, shape[axis], wraps[axis])
             node = here + (i - place[axis]) * strides[axis]
-            ok[a] = i >= 0 and known[node]
+            ok[a] = i >= 0 and not (gaps and flat[node] == 0.0)
             f[a] = flat[node] if ok[a] else 0.0
         out[axis] = slope(f, ok)
         if second:
@@ -105,49 +106,51 @@ def jet(flat, known, place, shape, wraps, second, f, ok, g, gk, out):
         for pair in range(3):
             a, b = (0, 0, 1)[pair], (1, 2, 2)[pair]
             if shape[a] > 1 and shape[b] > 1:
-                out[6 + pair] = twist(flat, known, place, a, b, shape, wraps, g, gk)
+                out[6 + pair] = twist(flat, gaps, place, a, b, shape, wraps, g, gk)
 
 
 @njit(cache=True, nogil=True)
-def surface_gradient(first, pieces, step, rows, phi, values, known, nodes, shape, wraps, h, out):
+def scratch():
+    """Stencils of a line and of a plane, and which of their nodes are known."""
+    return np.empty(5), np.empty(5, np.bool_), np.empty((5, 5)), np.empty((5, 5), np.bool_)
+
+
+@njit(cache=True, nogil=True)
+def jets(phi, values, node, gaps, shape, wraps, second, work, p, c):
+    """Squared slope of phi, and its product with the slope of the values; p and c as in `jet`."""
+    f, ok, g, gk = work
+    plane = shape[1] * shape[2]
+    place = (node // plane, node // shape[2] % shape[1], node % shape[2])
+    jet(phi, gaps, place, shape, wraps, second, f, ok, g, gk, p)
+    jet(values, gaps, place, shape, wraps, second, f, ok, g, gk, c)
+    steep = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+    return steep, p[0] * c[0] + p[1] * c[1] + p[2] * c[2]
+
+
+@njit(cache=True, nogil=True)
+def surface_gradient(first, pieces, step, rows, phi, values, nodes, gaps, shape, wraps, h, out):
     """(I - n n) grad values at the nodes; the whole gradient where phi is flat. out (3, n)."""
-    f, g = np.empty(5), np.empty((5, 5))
-    ok, gk = np.empty(5, np.bool_), np.empty((5, 5), np.bool_)
-    p, c = np.empty(9), np.empty(9)
-    place = np.empty(3, np.int64)
+    work, p, c = scratch(), np.empty(9), np.empty(9)
     for piece in range(first, pieces, step):
-        for m in range(piece * rows, min((piece + 1) * rows, len(nodes))):
-            place[0] = nodes[m] // (shape[1] * shape[2])
-            place[1] = nodes[m] // shape[2] % shape[1]
-            place[2] = nodes[m] % shape[2]
-            jet(phi, known, place, shape, wraps, False, f, ok, g, gk, p)
-            jet(values, known, place, shape, wraps, False, f, ok, g, gk, c)
-            steep = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
-            along = p[0] * c[0] + p[1] * c[1] + p[2] * c[2]
+        for m in range(piece * rows, min((piece + 1) * rows, out.shape[1])):
+            node = nodes[m] if gaps else m
+            steep, along = jets(phi, values, node, gaps, shape, wraps, False, work, p, c)
             share = along / steep if not steep < FLAT else 0.0
             for axis in range(3):
                 out[axis, m] = (c[axis] - share * p[axis]) / h
 
 
 @njit(cache=True, nogil=True)
-def laplace_beltrami(first, pieces, step, rows, phi, values, known, nodes, shape, wraps, h, out):
+def laplace_beltrami(first, pieces, step, rows, phi, values, nodes, gaps, shape, wraps, h, out):
     """tr(P H_c) - kappa n.grad c, P = I - n n, kappa = tr(P H_phi)/|grad phi|; NaN if flat."""
-    f, g = np.empty(5), np.empty((5, 5))
-    ok, gk = np.empty(5, np.bool_), np.empty((5, 5), np.bool_)
-    p, c = np.empty(9), np.empty(9)
-    place = np.empty(3, np.int64)
+    work, p, c = scratch(), np.empty(9), np.empty(9)
     for piece in range(first, pieces, step):
-        for m in range(piece * rows, min((piece + 1) * rows, len(nodes))):
-            place[0] = nodes[m] // (shape[1] * shape[2])
-            place[1] = nodes[m] // shape[2] % shape[1]
-            place[2] = nodes[m] % shape[2]
-            jet(phi, known, place, shape, wraps, True, f, ok, g, gk, p)
-            jet(values, known, place, shape, wraps, True, f, ok, g, gk, c)
-            steep = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+        for m in range(piece * rows, min((piece + 1) * rows, len(out))):
+            node = nodes[m] if gaps else m
+            steep, along = jets(phi, values, node, gaps, shape, wraps, True, work, p, c)
             if steep < FLAT:
                 out[m] = math.nan
                 continue
-            along = p[0] * c[0] + p[1] * c[1] + p[2] * c[2]
             out[m] = (across(c, p, steep) - across(p, p, steep) * along / steep) / (h * h)
 
 

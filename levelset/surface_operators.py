@@ -19,10 +19,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.closest import check_nodes
-from remesh.errors import InputError
+from levelset.nodal import laid_out
 from remesh.grid import Grid
-from remesh.layout import layout, precision, split, wraps
+from remesh.layout import precision
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -40,8 +39,9 @@ def surface_gradient(
     """(I - n n) grad c, shape ``(ndim, *grid.shape)`` or ``(ndim, len(nodes))``.
 
     ``values`` and ``phi`` ``grid.shape``; with ``nodes`` (flat, ascending) they are read there
-    only. Order 4 where two nodes to all sides are known, else 2, one-sided at edges. Tangential to
-    the level surface to round-off; where phi is flat, the whole gradient. Costs O(nodes).
+    only, and ``(len(nodes),)`` will do. Order 4 where two nodes to all sides are known, else 2,
+    one-sided at edges. Tangential to the level surface to round-off; where phi is flat, the whole
+    gradient. Costs O(nodes). Refuses other shapes, and what is not finite where it is read.
     """
     from levelset import _surface_operators
 
@@ -61,8 +61,9 @@ def laplace_beltrami(
     """Laplacian of c along the level surfaces of phi, ``grid.shape`` or ``(len(nodes),)``.
 
     ``values`` and ``phi`` ``grid.shape``; with ``nodes`` (flat, ascending) they are read there
-    only. Order 4 where two nodes to all sides are known, 2 where one is, order 1 at edges; NaN
-    where too few are, and where phi is flat. Costs O(nodes).
+    only, and ``(len(nodes),)`` will do. Order 4 where two nodes to all sides are known, 2 where one
+    is, order 1 at edges; NaN where too few are, and where phi is flat. Costs O(nodes). Refuses
+    other shapes, and what is not finite where it is read.
     """
     from levelset import _surface_operators
 
@@ -82,28 +83,14 @@ def _over_nodes(
     vector: bool,
 ) -> Array:
     """What a loop gives at the nodes, in the precision of the values."""
-    c, surface = (_field(name, field, grid) for name, field in (("values", values), ("phi", phi)))
-    wanted = np.arange(grid.size) if nodes is None else check_nodes(nodes, grid)
-    known = np.ones(grid.size, np.bool_) if nodes is None else np.zeros(grid.size, np.bool_)
-    if nodes is not None:
-        known[wanted] = True
-    out = np.empty((3, len(wanted)) if vector else len(wanted), precision(c))
-    rows, pieces = split(len(wanted))
+    laid = laid_out(phi, grid, nodes)
+    given = laid_out(values, grid, nodes, name="values")
+    count = grid.size if nodes is None else len(laid.nodes)
+    out = np.empty((3, count) if vector else count, precision(np.asarray(values)))
     share(
-        loop, pieces, thread_count(threads), rows, surface.reshape(-1), c.reshape(-1), known,
-        wanted, layout(grid)[1:], tuple(wraps(grid).tolist()), grid.spacing, out,
+        loop, laid.pieces, thread_count(threads), laid.size, laid.flat, given.flat, laid.nodes,
+        laid.gaps, laid.shape, laid.wraps, grid.spacing, out,
     )  # fmt: skip
-    if vector and grid.ndim == 2:
-        out = out[::2]
+    if vector:
+        out = out[laid.shape > 1]
     return out if nodes is not None else out.reshape(*out.shape[:-1], *grid.shape)
-
-
-def _field(name: str, field: Array, grid: Grid) -> Array:
-    """The field, contiguous and floating."""
-    given = np.asarray(field)
-    if given.shape != grid.shape:
-        raise InputError(
-            f"{name} must have the grid's shape {grid.shape}, got {given.shape}",
-            hint="values on the nodes of this grid; unset ones may be anything if nodes are given",
-        )
-    return np.ascontiguousarray(given, precision(given))
