@@ -20,6 +20,7 @@ from pmesh.cases.deformation import (
 from pmesh.cases.registry import CASES, find
 from pmesh.cases.runner import run_case
 from pmesh.cases.single_vortex import SingleVortexCase
+from pmesh.run.loop import run
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -65,6 +66,16 @@ def test_at_a_courant_number_of_20_the_area_still_comes_back(tmp_path):
     report = run_case("single-vortex", case, tmp_path / "run")
     assert abs(metric(report, "area back at the start").error) < 0.005
     assert metric(report, "L1 interface error in cells").value < 0.1
+
+
+def test_the_error_at_a_courant_number_of_40_is_within_twice_that_at_5():
+    """dt max|grad u| = 2 instead of 0.25: four RK4 steps from one remeshing to the next."""
+    errors = []
+    for options in ({"courant": 5.0}, {"courant": 40.0, "substeps": 4}):
+        case = SingleVortexCase(nodes=128, **options)
+        flow, state = case.build()
+        errors.append(case.error(flow, run(flow, state, until=8.0)))
+    assert errors[1] < 2.0 * errors[0]
 
 
 def test_a_run_that_ends_early_is_not_judged_by_the_start(tmp_path):
