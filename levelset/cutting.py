@@ -19,17 +19,19 @@ from levelset.profile import LEVEL, profile
 from levelset.quadrature import volume
 from levelset.rows import runs
 from levelset.shape import Bounds, Shape
-from levelset.tool import Path, Sweep, Tool, sides
+from levelset.thickness import thickness
+from levelset.tool import Path, Sweep, Tool
 from levelset.transport import ParticleLevelSet
-from remesh.errors import InputError
+from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
-from remesh.limit import Limit, tightest
+from remesh.limit import Limit, check_step, tightest
 
 Array = NDArray[np.floating[Any]]
 Nodes = NDArray[np.int64]
 THINNEST = 2.0  # spacings: what a tool cuts must be seen by the mesh
 PACE = 0.5  # spacings that a tool moves from pose to pose
+GAINED = 1e-3  # of the volume: what a cut may add to a body by the mesh's errors
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,8 +62,11 @@ class Cutting:
     its inside, one at rest (`Uniform` with no velocity) near its surface only. What is
     cut off goes on as a piece of its own. Removed is what the volume of the level set loses by the
     cuts alone: of order 2 in the spacing, for its sharp edges. On periodic axes tools meet the body
-    in the box, not its images. Refuses tools thinner than two spacings. Cost of a step: that of the
-    carrier, and of the particles near the tools.
+    in the box, not its images. Tools' ways are seen at 32 uneven times of a step and more (see
+    `Tool.sweep`): what comes and goes faster wants a smaller ``largest_step``. Refuses tools whose
+    thickest part is below two spacings, and steps so large that a cut would add to the body. Cost
+    of a step: that of the carrier, of the particles near the tools, and of the volume, which a body
+    that moves is remeshed for once, and once more where it was cut.
     """
 
     carrier: ParticleLevelSet
@@ -70,6 +75,11 @@ class Cutting:
 
     def __post_init__(self) -> None:
         """Refuse tools that do not fit, or that the mesh does not see."""
+        if not isinstance(self.carrier, ParticleLevelSet):
+            raise InputError(
+                f"Cutting: carrier must be a ParticleLevelSet, got {self.carrier!r}",
+                hint="carrier=ParticleLevelSet(grid=grid, velocity=law)",
+            )
         several = isinstance(self.tools, Sequence)
         tools = tuple(cast(Sequence[Tool], self.tools)) if several else (cast(Tool, self.tools),)
         object.__setattr__(self, "tools", tools)
@@ -78,10 +88,12 @@ class Cutting:
                 f"Cutting: tools must be a Tool or several, got {self.tools!r}",
                 hint="Tool(shape=Sphere(0.1), shift=lambda t: (t, 0.0, 0.0))",
             )
-        if not self.largest_step > 0:
+        largest = as_number("largest_step", self.largest_step, hint="largest_step=0.01")
+        if not largest > 0:
             raise InputError(
-                f"largest_step must be positive, got {self.largest_step}", hint="largest_step=0.01"
+                f"largest_step must be positive, got {largest}", hint="largest_step=0.01"
             )
+        object.__setattr__(self, "largest_step", largest)
         grid = self.carrier.grid
         for tool in tools:
             if tool.shape.ndim != grid.ndim:
@@ -89,8 +101,8 @@ class Cutting:
                     f"a tool has {tool.shape.ndim} dimensions, the grid {grid.ndim}",
                     hint="tools and a grid of one dimension",
                 )
-            thin = float(np.min(sides(tool.shape))) / grid.spacing
-            if thin < THINNEST:
+            thin = thickness(tool.shape) / grid.spacing
+            if thin < 0.999 * THINNEST:
                 raise InputError(
                     f"a tool is {thin:.2g} spacings thick: the mesh does not see its cut",
                     hint=f"at least {THINNEST:g} spacings, or a finer mesh",
@@ -109,20 +121,23 @@ class Cutting:
 
     def step(self, state: Cut, dt: float) -> Cut:
         """The body one step of dt [T] later, less what the tools touched on their way."""
+        dt = check_step(dt)
         sweeps = self._sweeps(state.time, dt)
         before = self._ready(replace(state.body, time=state.time), sweeps)
         moved = self._moved(before, dt)
         depth = self._depth(before, moved, sweeps, dt)
         cut = replace(moved, values=np.maximum(moved.values, profile(-depth, self.carrier.reach)))
-        now, removed = state.volume, state.removed
-        if not self.resting:
-            now = self._volume(moved)
-        if (cut.values > moved.values).any():
-            left = self._volume(cut)
-            now, removed = left, removed + now - left
+        body = self._tidied(cut, depth)
+        touched = bool((cut.values > moved.values).any())
+        left = self._volume(body) if touched or not self.resting else state.volume
+        removed = state.removed
+        if touched:
+            now = state.volume if self.resting else self._volume(moved)
+            spared = left if self.carrier.redistancing is None else self._volume(cut)
+            removed += self._taken(now, spared, dt)
         return Cut(
-            time=state.time + dt, step=state.step + 1, grid=state.grid,
-            body=self._tidied(cut, depth), volume=now, removed=removed,
+            time=state.time + dt, step=state.step + 1, grid=state.grid, body=body, volume=left,
+            removed=removed,
         )  # fmt: skip
 
     def limit(self, state: Cut) -> Limit:
@@ -151,6 +166,16 @@ class Cutting:
     def fields(self, state: Cut) -> Mapping[str, Array]:
         """The level set of what is left on all nodes: its profile, level beyond the band."""
         return self.carrier.fields(state.body)
+
+    def _taken(self, before: float, after: float, dt: float) -> float:
+        """The volume that a cut took; refuses one that added to the body."""
+        if not after - before <= GAINED * max(before, after):
+            raise InputError(
+                f"the tools would add {after - before:.3g} to a body of volume {before:.3g}: its "
+                f"particles do not follow the velocity in a step of {dt:g}",
+                hint="a smaller dt, at most recipe.limit(state).dt, or more `substeps`",
+            )
+        return before - after
 
     def _sweeps(self, time: float, dt: float) -> list[Sweep]:
         """The tools' ways in a step."""
@@ -196,8 +221,8 @@ class Cutting:
         end = after.positions[near]
         if self.resting:
             return lambda _, which: start[which].T
-        first = dt * self.carrier.velocity(before.time, start)
-        last = dt * self.carrier.velocity(after.time, end)
+        first = dt * self.carrier.velocities(before.time, start)
+        last = dt * self.carrier.velocities(after.time, end)
 
         def path(part: NDArray[np.float64], which: Nodes) -> NDArray[np.float64]:
             s = part[:, None]

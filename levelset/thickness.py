@@ -30,7 +30,7 @@ def thickness(shape: Shape) -> float:
     depth = -shape.distance(places)
     first = np.argpartition(-depth, STARTS)[:STARTS]
     around = np.array(list(itertools.product((-1.0, 0.0, 1.0), repeat=shape.ndim))).T
-    best, deepest = places[:, first], depth[first]
+    best, deepest = places[:, first], np.asarray(depth[first], np.float64)
     for _ in range(HALVINGS):
         best, deepest = _deeper(shape, best, deepest, step[:, None] * around)
         step = 0.5 * step

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -101,7 +102,7 @@ class Tool:
         )
 
     def _poses(self, times: Values) -> tuple[Values, Values]:
-        """Shifts (count, ndim) and angles (count, 1 or 3) at some times; no jumps of whole turns."""
+        """Shifts (count, ndim) and angles (count, 1 or 3) at some times, without jumps by turns."""
         told = [self.pose(float(time)) for time in times]
         shifts, angles = (np.array(part) for part in zip(*told, strict=True))
         return shifts, _continued(angles)
@@ -144,9 +145,8 @@ class Sweep(NamedTuple):
         poses = np.empty((last + 3, len(which)))
         poses[[0, -1]] = np.inf
         for k in range(last + 1):
-            part, middle = np.full(len(which), k / last), min(max(k, 1), last - 1)
-            here = self._seen(path(part, which), np.full(len(which), middle), part * last)
-            poses[k + 1] = here
+            middle, moment = np.array([min(max(k, 1), last - 1)]), np.array([float(k)])
+            poses[k + 1] = self._seen(path(np.full(len(which), k / last), which), middle, moment)
         best: Values = poses.min(axis=0)
         lowest = (poses[1:-1] <= poses[:-2]) & (poses[1:-1] <= poses[2:])
         lowest &= poses[1:-1] <= np.minimum(best, within) + self.pace
@@ -205,9 +205,10 @@ class Swept(Shape):
     """All that a tool touches from one time to another.
 
     Outside, the distance is the tool's least one on its way; inside, its size is a lower bound, as
-    in a union. The tool's path is followed at a ``pace`` [L] per pose, a twentieth of the
-    tool's thickness if none is given, and each place then finds its own closest moment: no ridges between poses. As
-    exact as the tool's distance, where it has one least value in two poses. Never too large.
+    in a union. The tool's path is followed at a ``pace`` [L] per pose, a twentieth of the tool's
+    thickness if none is given, and each place then finds its own closest moment: no ridges between
+    poses. As exact as the tool's distance, where it has one least value in two poses. Never too
+    large. Moves that are over within 1/32 of the time may be missed.
     """
 
     tool: Tool
@@ -289,7 +290,7 @@ def _continued(angles: Values) -> Values:
     if angles.shape[1] == 1:
         return np.unwrap(angles, axis=0)
     found = angles.copy()
-    for last, here in zip(found[:-1], found[1:], strict=True):
+    for last, here in itertools.pairwise(found):
         turn = math.sqrt(float(here @ here))
         if turn > 0.0:
             whole = round(float(here @ last / turn - turn) / (2.0 * math.pi))
