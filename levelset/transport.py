@@ -131,7 +131,7 @@ class ParticleLevelSet:
         step, scheme, positions = check_step(dt), get_scheme(self.time_scheme), state.positions
         part = step / self.substeps
         for k in range(self.substeps):
-            positions = travel(positions, self._velocity, state.time + k * part, part, scheme)
+            positions = travel(positions, self.velocities, state.time + k * part, part, scheme)
         self._check_inside(positions, state.values)
         moved = replace(
             state, time=state.time + step, step=state.step + 1, age=state.age + 1,
@@ -231,7 +231,8 @@ class ParticleLevelSet:
         """The level set on all nodes: its profile, level beyond the band."""
         return {"level_set": self.band(state).filled(LEVEL * self.reach)}
 
-    def _velocity(self, time: float, positions: Array) -> Array:
+    def velocities(self, time: float, positions: Array) -> Array:
+        """The velocity at positions (n, ndim) [L/T], checked: of their shape, and finite."""
         found = np.asarray(self.velocity(time, positions))
         if found.shape != positions.shape:
             raise InputError(
@@ -276,7 +277,7 @@ class ParticleLevelSet:
         known = getattr(self.velocity, "max_gradient", None)
         if known is not None:
             return float(known(state.time))
-        velocities = self._velocity(state.time, state.positions)
+        velocities = self.velocities(state.time, state.positions)
         return self._lattice(state).gradient(velocities)
 
     def _lattice(self, state: Interface) -> Lattice:
