@@ -59,6 +59,7 @@ class Tool:
 
     def pose(self, time: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Shift [L] and angle [rad] at a time; refuses laws of the wrong length or not finite."""
+        time = as_number("time", time, hint="tool.at(0.0)")
         turns = 1 if self.shape.ndim == 2 else 3
         parts = []
         for name, law, count in (
@@ -66,7 +67,7 @@ class Tool:
             ("angle", self.angle, turns),
         ):
             given: Any = (0.0,) * count if law is None else law(time)
-            single = isinstance(given, str) or np.ndim(given) == 0
+            single = isinstance(given, str) or not np.iterable(given)
             parts.append(vector(f"Tool: {name}({time:g})", (given,) if single else given, count))
         return parts[0], parts[1]
 
@@ -77,6 +78,11 @@ class Tool:
         between any two, the tool is within half a pace of where their parabola has it. Moves that
         are over within 1/32 of the time may be missed. Refuses paths of too many poses.
         """
+        if not (start <= stop and pace > 0):
+            raise InputError(
+                f"a sweep goes on in time at a positive pace, got {start:g} to {stop:g} at {pace:g}",
+                hint="tool.sweep(0.0, 1.0, 0.01)",
+            )
         corners = _corners(self.shape.bounds())
         span = stop - start
         seen = np.sort((GOLDEN * np.arange(1, PROBES + 1)) % 1.0)

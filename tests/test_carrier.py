@@ -175,6 +175,12 @@ def test_an_interface_that_leaves_the_flows_mesh_is_a_blow_up() -> None:
         (lambda: Carrier(flow=flow(), options={"velocity": None}), r"may not hold \['velocity'\]"),
         (lambda: Carrier(flow=flow(), options={"remesh": 3}), "options of the interface: .*remesh"),
         (lambda: Carrier(flow=flow(), options={"width": -1.0}), "width must be positive"),
+        (lambda: Carrier(flow=flow(), options=None), "options of the interface must be a dict"),
+        (lambda: Carrier(flow=flow(), grid="x"), "grid of the interface must be a Grid, got 'x'"),
+        (
+            lambda: Carrier(flow=flow(), grid=Grid((9, 9, 9), 0.1)),
+            "grid has 3 dimensions, the flow's 2",
+        ),
         (
             lambda: Carrier(flow=flow()).start(Sphere(0.2), vorticity=VORTEX.vorticity),
             "the shape has 3 dimensions, the grid 2",
@@ -184,3 +190,10 @@ def test_an_interface_that_leaves_the_flows_mesh_is_a_blow_up() -> None:
 def test_what_cannot_be_carried_is_refused(make, said: str) -> None:
     with pytest.raises(InputError, match=said):
         make()
+
+
+@pytest.mark.parametrize("dt", [-0.1, 0.0, math.nan, "a"])
+def test_steps_that_are_none_are_refused(dt) -> None:
+    recipe, start, _ = carried(0.4)
+    with pytest.raises(InputError, match="dt must be"):
+        recipe.step(start, dt)

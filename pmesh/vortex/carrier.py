@@ -18,7 +18,7 @@ from pmesh.vortex.flowmap import VelocityHistory
 from pmesh.vortex.state import State
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.limit import Limit, tightest
+from remesh.limit import Limit, check_step, tightest
 from remesh.transfer import m2p
 
 Array = NDArray[np.floating[Any]]
@@ -58,10 +58,21 @@ class Carrier:
     options: Mapping[str, Any] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        """Refuse options that no interface has."""
+        """Refuse what is not a flow or a grid, and options that no interface has."""
         if not isinstance(self.flow, VortexFlow):
             raise InputError(f"flow must be a VortexFlow, got {self.flow!r}",
                              hint="Carrier(flow=VortexFlow(grid=grid))")  # fmt: skip
+        if self.grid is not None and not isinstance(self.grid, Grid):
+            raise InputError(f"grid of the interface must be a Grid, got {self.grid!r}",
+                             hint="grid=remesh.Grid((128, 128), 1 / 64)")  # fmt: skip
+        if self.grid is not None and self.grid.ndim != self.flow.grid.ndim:
+            raise InputError(
+                f"the interface's grid has {self.grid.ndim} dimensions, the flow's "
+                f"{self.flow.grid.ndim}", hint="grids of one dimension",
+            )  # fmt: skip
+        if not isinstance(self.options, Mapping):
+            raise InputError(f"options of the interface must be a dict, got {self.options!r}",
+                             hint="options={'remeshing': 'distorted'}")  # fmt: skip
         given = sorted({"grid", "velocity"} & set(self.options))
         if given:
             raise InputError(
@@ -91,6 +102,7 @@ class Carrier:
 
     def step(self, state: Carriage, dt: float) -> Carriage:
         """The flow and the interface one step of dt [T] later."""
+        dt = check_step(dt)
         before = replace(state.flow, time=state.time)
         after = self.flow.step(before, dt)
         level_set = self._level_set(self._velocity(before, after))
