@@ -1,183 +1,46 @@
 """Diffusion of a quantity along an implicit surface, by particles in a narrow band around it.
 
-On the surface dc/dt = D laplace_s c. Off it c is made constant along normals, c(x) = c(cp(x)) with
-cp(x) the closest point of the surface. With P = I - n n the anisotropic operator is
+On the surface dc/dt = D laplace_s c. All of the band (`surface_band`) follows
 
-    div(D P grad c) = D (lap c - kappa n . grad c - n . Hess c . n),
+    dc/dt = D A c,
 
-and as both last terms vanish for such a c, lap c is D laplace_s c on the surface: of the
-anisotropic operator the plain one is left (Ruuth & Merriman, J. Comput. Phys. 227 (2008) 1943).
-The band holds all nodes within sqrt(4 (ndim-1) + 9) h of the surface. With E the reading of the
-closest points by cubics and L the second-order Laplacian, all of the band follows
-
-    dc/dt = D A c,    A c = E L c - (2 ndim/h^2) (c - E c)
-
-(von Glehn, März & Macdonald, arXiv:1307.5624): L is read only where all its nodes are in the band,
-so no condition is needed at the band's edge, and the second term holds c constant along normals.
-In time: two implicit stages of weight g = 1 - 1/sqrt 2, of order 2, damping all waves (L-stable),
+A the embedded Laplacian; a second-order one, for c constant along normals. In time: two implicit
+stages of weight g = 1 - 1/sqrt 2, of order 2, damping all waves (L-stable),
 
     (1 - g dt D A) a = c,    (1 - g dt D A) b = c + (1-g)/g (a - c),    c <- b.
 
-A keeps constants, but the surface integral only to order 2. With M(c) the integral over the
-surface, the c nearest to the one computed, in the mean square over the surface, with the right
-integral differs from it by a constant, (M_0 - M(c))/area: it is added after each step. Constants
-are what A keeps, so that changes nothing else.
+A keeps constants, but the surface integral only to order 2. With M(c) the integral over a connected
+part of the surface, the c nearest to the one computed, in the mean square over it, with the right
+integral differs from it by a constant, (M_0 - M(c))/area: it is added to every part after each
+step. Constants are what A keeps, so that changes nothing else, and no part gains from another;
+where c is far below its mean, it may fall below zero by as much.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.band import Band
+from levelset.given import check_grid, precision_asked
 from levelset.shape import Shape
-from remesh.errors import BlowUpError, InputError
+from levelset.surface_band import SurfaceBand, half_width
+from remesh.errors import BlowUpError, InputError, as_number
 from remesh.grid import Grid
-from remesh.layout import layout, precision, split, wraps
-from remesh.limit import Limit
-from remesh.threads import share, thread_count
+from remesh.limit import Limit, check_step
 
 Array = NDArray[np.floating[Any]]
-Nodes = NDArray[np.int64]
 Values = NDArray[np.float64]
 Law = Callable[[Values], Array]  # values at points (ndim, n)
 STAGE = 1.0 - 1.0 / math.sqrt(2.0)  # g of the module
 SOLVED = 1e-11  # residual of an implicit stage over its right side
 ROUNDS = 200  # of the solver, at most
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Surface:
-    """A surface as diffusion knows it: the nodes around it and their closest points on it."""
-
-    grid: Grid
-    nodes: Nodes  # flat, ascending
-    closest: Values  # (n, ndim) [L]
-    distance: Values  # signed [L]
-
-    @classmethod
-    def around(cls, surface: Shape | Array, grid: Grid) -> Surface:
-        """The surface of a shape, or of any phi on the nodes.
-
-        Refuses one that comes too near an unbounded edge, and a phi of one sign.
-        """
-        from levelset.closest import closest_points
-
-        given = surface.distance(grid.points()) if isinstance(surface, Shape) else surface
-        phi = np.asarray(given, np.float64)
-        reach = math.sqrt(4.0 * (grid.ndim - 1) + 9.0) * (1.0 + 1e-9)
-        found = closest_points(phi, grid, width=reach * grid.spacing)
-        made = cls(grid=grid, nodes=found.nodes, closest=found.points, distance=found.distance)
-        made.stencil  # noqa: B018 - refused now rather than at the first step
-        return made
-
-    @cached_property
-    def band(self) -> Band:
-        """The signed distance."""
-        return Band(self.grid, self.nodes, self.distance)
-
-    @cached_property
-    def area(self) -> float:
-        """Area, in 2-D the length [L^(ndim-1)]."""
-        return self.integral(np.ones(len(self.nodes)))
-
-    @cached_property
-    def reading(self) -> tuple[Nodes, Values]:
-        """How the closest points are read."""
-        return self.read_at(self.closest)
-
-    @cached_property
-    def stencil(self) -> tuple[Nodes, Nodes]:
-        """The nodes that are read, and those around each of them."""
-        from levelset import _surface_diffusion
-
-        shape, axes = layout(self.grid)[1:], 2 * self.grid.ndim
-        marks, known = np.zeros(self.grid.size, np.uint8), np.zeros(self.grid.size, np.uint8)
-        known[self.nodes] = 1
-        _surface_diffusion.mark(self.reading[0], self.middle, marks)
-        inner = np.empty(len(self.nodes), np.int64)
-        around = np.empty((len(self.nodes), axes), np.int64)
-        count = _surface_diffusion.neighbours(
-            self.nodes, marks, known, shape, tuple(wraps(self.grid).tolist()), inner, around
-        )
-        if count < 0:
-            raise InputError(
-                "the surface comes within five spacings of an unbounded edge of the grid",
-                hint="a larger grid, or a periodic axis",
-            )
-        return inner[:count].copy(), around[:count].copy()
-
-    @property
-    def middle(self) -> int:
-        """Taps along the middle axis of the loops."""
-        return 4 if self.grid.ndim == 3 else 1
-
-    def read_at(self, points: Values) -> tuple[Nodes, Values]:
-        """How points (n, ndim) on the surface are read from the nodes."""
-        from levelset import _surface_diffusion
-
-        spots = np.zeros((len(points), 3))
-        spots[:, (0, 1, 2) if self.grid.ndim == 3 else (0, 2)] = (
-            points - np.array(self.grid.origin)
-        ) / self.grid.spacing
-        taps, shares = np.empty((len(points), 3, 4), np.int64), np.empty((len(points), 3, 4))
-        rows, pieces = split(len(points))
-        share(
-            _surface_diffusion.place, pieces, thread_count(None), rows, spots,
-            layout(self.grid)[1:], tuple(wraps(self.grid).tolist()), taps, shares,
-        )  # fmt: skip
-        return taps, shares
-
-    def read(self, field: Values, reading: tuple[Nodes, Values]) -> Values:
-        """A flat field read at points."""
-        from levelset import _surface_diffusion
-
-        taps, shares = reading
-        out = np.empty(len(taps))
-        rows, pieces = split(len(taps))
-        share(
-            _surface_diffusion.read, pieces, thread_count(None), rows, field, taps, shares,
-            self.middle, out,
-        )  # fmt: skip
-        return out
-
-    def on_grid(self, values: Array) -> Values:
-        """Values of the nodes in a flat array of all nodes, zero elsewhere."""
-        field = np.zeros(self.grid.size)
-        field[self.nodes] = values
-        return field
-
-    def at(self, values: Array, points: Values) -> Values:
-        """Values, given at the nodes, at points (n, ndim) of the surface; order 4."""
-        return self.read(self.on_grid(values), self.read_at(np.asarray(points, np.float64)))
-
-    def integral(self, values: Array) -> float:
-        """The integral over the surface of values at the nodes, of order 4."""
-        from levelset.quadrature import integrate
-
-        shape = self.grid.shape
-        phi = self.on_grid(self.distance).reshape(shape)
-        given = self.on_grid(values).reshape(shape)
-        return integrate(given, phi, self.grid, over="surface", nodes=self.nodes)
-
-    def laplacian(self, values: Values) -> Values:
-        """h^2 A of the module: h^2 laplace_s where the values are constant along normals."""
-        from levelset import _surface_diffusion
-
-        inner, around = self.stencil
-        total = np.zeros(self.grid.size)
-        rows, pieces = split(len(inner))
-        share(
-            _surface_diffusion.spread_sum, pieces, thread_count(None), rows, self.on_grid(values),
-            inner, around, total,
-        )  # fmt: skip
-        return self.read(total, self.reading) - 2.0 * self.grid.ndim * values
+BEYOND = 1.0  # how far values may leave their extremes in a step, over the span of these
+LEAST = 1e-5  # the same over their size, for round-off
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,9 +49,9 @@ class SurfaceState:
 
     time: float
     step: int
-    surface: Surface
+    surface: SurfaceBand
     values: Array  # at the surface's nodes, constant along normals [Q/L^(ndim-1)]
-    mass: float  # the integral over the surface that is kept [Q]
+    masses: Values  # the integral over every part of the surface, that is kept [Q]
 
     @property
     def grid(self) -> Grid:
@@ -200,6 +63,11 @@ class SurfaceState:
         """Nodes that a step moves."""
         return len(self.values)
 
+    @property
+    def mass(self) -> float:
+        """The integral over the surface that is kept [Q]."""
+        return float(self.masses.sum())
+
 
 @dataclass(frozen=True, kw_only=True)
 class SurfaceDiffusion:
@@ -208,54 +76,79 @@ class SurfaceDiffusion:
     grid: Grid
     diffusivity: float  # D [L^2/T]
     stretch: float = 20.0  # largest dt over the explicit limit h^2/(2 ndim D)
-    keep: bool = True  # the surface integral, by a constant added to the values
+    keep: bool = True  # the integral over every part, by a constant added to its values
+    threads: int | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse a diffusivity and a stretch that are not positive."""
+        """Refuse what is no grid, and a diffusivity and a stretch that are not positive."""
+        check_grid(self.grid)
         for name in ("diffusivity", "stretch"):
-            value = getattr(self, name)
+            value = as_number(name, getattr(self, name), hint=f"{name}=1.0")
             if not (math.isfinite(value) and value > 0):
                 raise InputError(f"{name} must be positive, got {value}", hint=f"{name}=1.0")
 
     def start(
-        self, surface: Shape | Array | Surface, values: Law | Array, *, dtype: str | None = None
+        self, surface: Shape | Array | SurfaceBand, values: Law | Array, *, dtype: str | None = None
     ) -> SurfaceState:
         """The state at time 0 on the surface of a shape, or of phi on the nodes.
 
         ``values``: a law of points (ndim, n), asked on the surface only, or an array of
-        ``grid.shape``, of which only what is near the surface is read. Refuses values that are not
-        finite, a surface that comes within five spacings of an unbounded edge, a phi of one sign.
+        ``grid.shape``, of which only what is near the surface is read. Looks at every node of the
+        box once. Refuses values that are not finite, and the surfaces that `SurfaceBand.around`
+        refuses: sheets less than about seven spacings apart, one near an unbounded edge.
         """
-        found = surface if isinstance(surface, Surface) else Surface.around(surface, self.grid)
+        if isinstance(surface, SurfaceBand):
+            found = surface
+        else:
+            found = SurfaceBand.around(surface, self.grid, threads=self.threads)
         if found.grid != self.grid:
             raise InputError(
-                "the surface was laid out on another grid", hint="Surface.around(shape, flow.grid)"
+                "the surface was laid out on another grid",
+                hint="SurfaceBand.around(shape, flow.grid)",
             )
-        if callable(values):
-            given = np.asarray(values(np.ascontiguousarray(found.closest.T)))
-        else:
-            field = np.asarray(values)
-            if field.shape != self.grid.shape:
-                raise InputError(
-                    f"values must have the grid's shape {self.grid.shape}, got {field.shape}",
-                    hint="or a law: lambda points: points[2]",
-                )
-            flat = np.ascontiguousarray(field, np.float64).reshape(-1)
-            given = found.read(flat, found.reading).astype(precision(field), copy=False)
-        kept = np.array(np.broadcast_to(given, found.nodes.shape), dtype or precision(given))
+        given = self._by_law(found, values) if callable(values) else self._read(found, values)
+        kept = np.array(np.broadcast_to(given, found.nodes.shape), precision_asked(dtype, given))
         if not np.isfinite(kept).all():
             raise InputError("values must be finite on the surface", hint="check the law")
-        mass = found.integral(kept)
-        return SurfaceState(time=0.0, step=0, surface=found, values=kept, mass=mass)
+        masses = found.integrals(kept, threads=self.threads)
+        return SurfaceState(time=0.0, step=0, surface=found, values=kept, masses=masses)
+
+    def _by_law(self, surface: SurfaceBand, law: Law) -> Array:
+        """What a law gives on the surface."""
+        given = np.asarray(law(np.ascontiguousarray(surface.closest.T)))
+        if given.shape not in ((), surface.nodes.shape) or given.dtype.kind not in "fiu":
+            raise InputError(
+                f"values must be one number per point, of shape {surface.nodes.shape}, for points "
+                f"of shape {surface.closest.T.shape}, got {given.dtype} {given.shape}",
+                hint="lambda points: points[0]",
+            )
+        return given
+
+    def _read(self, surface: SurfaceBand, values: Array) -> Array:
+        """A field read on the surface."""
+        given = np.asarray(values)
+        if given.shape != self.grid.shape or given.dtype.kind not in "fiu":
+            raise InputError(
+                f"values must be numbers of the grid's shape {self.grid.shape}, "
+                f"got {given.dtype} {given.shape}",
+                hint="or a law: lambda points: points[0]",
+            )
+        flat = np.ascontiguousarray(given, np.float64).reshape(-1)
+        found = surface.read(flat, surface.reading, threads=self.threads)
+        return found.astype(precision_asked(None, given), copy=False)
 
     def step(self, state: SurfaceState, dt: float) -> SurfaceState:
-        """The state dt [T] later."""
-        surface, before = state.surface, state.values.astype(np.float64)
+        """The state dt [T] later; values that leave their extremes by far are a BlowUpError."""
+        dt, surface, before = check_step(dt), state.surface, state.values.astype(np.float64)
         reach = STAGE * dt * self.diffusivity / self.grid.spacing**2
-        first = implicit(surface, before, reach, before)
-        values = implicit(surface, before + (1 - STAGE) / STAGE * (first - before), reach, first)
+        first = implicit(surface, before, reach, before, threads=self.threads)
+        right = before + (1 - STAGE) / STAGE * (first - before)
+        values = implicit(surface, right, reach, first, threads=self.threads)
         if self.keep:
-            values += (state.mass - surface.integral(values)) / surface.area
+            missing = state.masses - surface.integrals(values, threads=self.threads)
+            for part, more in zip(surface.parts, missing / surface.areas, strict=True):
+                values[part] += more
+        _check_bounded(values, before)
         return replace(
             state, time=state.time + dt, step=state.step + 1,
             values=values.astype(state.values.dtype, copy=False),
@@ -269,7 +162,7 @@ class SurfaceDiffusion:
     def ledger(self, state: SurfaceState) -> dict[str, float]:
         """``mass``, the integral over the surface [Q]; least and largest value."""
         return {
-            "mass": state.surface.integral(state.values),
+            "mass": state.surface.integral(state.values, threads=self.threads),
             "lowest": float(state.values.min()),
             "highest": float(state.values.max()),
         }
@@ -282,17 +175,26 @@ class SurfaceDiffusion:
         """Values, zero where there are none, and the signed distance, as far as the band goes."""
         surface = state.surface
         values = surface.on_grid(state.values).astype(state.values.dtype, copy=False)
-        far = math.sqrt(4.0 * (self.grid.ndim - 1) + 9.0) * self.grid.spacing
-        return {"values": values.reshape(self.grid.shape), "phi": surface.band.filled(far)}
+        phi = surface.band.filled(half_width(self.grid))
+        return {"values": values.reshape(self.grid.shape), "phi": phi}
 
 
-def implicit(surface: Surface, right: Values, reach: float, guess: Values) -> Values:
+def implicit(
+    surface: SurfaceBand,
+    right: Values,
+    reach: float,
+    guess: Values,
+    *,
+    threads: int | None = None,
+) -> Values:
     """c with ``c - reach h^2 A c = right``, from a guess; ``reach`` is a time times D over h^2."""
     from scipy.sparse.linalg import LinearOperator, bicgstab
 
     count = len(right)
     operator = LinearOperator(
-        (count, count), matvec=lambda c: c - reach * surface.laplacian(c), dtype=np.float64
+        (count, count),
+        matvec=lambda c: c - reach * surface.laplacian(c, threads=threads),
+        dtype=np.float64,
     )
     found, failed = bicgstab(operator, right, x0=guess, rtol=SOLVED, atol=0.0, maxiter=ROUNDS)
     if failed:
@@ -301,3 +203,15 @@ def implicit(surface: Surface, right: Values, reach: float, guess: Values) -> Va
             hint="a smaller `stretch`",
         )
     return np.asarray(found)
+
+
+def _check_bounded(values: Values, before: Values) -> None:
+    """Refuse values that diffusion cannot make of those before."""
+    low, high = float(before.min()), float(before.max())
+    room = BEYOND * (high - low) + LEAST * max(abs(low), abs(high))
+    if not (low - room <= values.min() and values.max() <= high + room):
+        raise BlowUpError(
+            f"surface diffusion made values from {values.min():.4g} to {values.max():.4g} of such "
+            f"from {low:.4g} to {high:.4g}",
+            hint="a finer spacing, or a smaller `stretch`",
+        )

@@ -92,5 +92,5 @@ def _over_nodes(
         laid.gaps, laid.shape, laid.wraps, grid.spacing, out,
     )  # fmt: skip
     if vector:
-        out = out[laid.shape > 1]
+        out = out[[axis for axis in range(3) if laid.shape[axis] > 1]]
     return out if nodes is not None else out.reshape(*out.shape[:-1], *grid.shape)

@@ -6,7 +6,8 @@ from scipy.special import ellipe, ellipeinc
 
 from levelset.shapes import Box, Disk, Ellipse, Sphere
 from levelset.solids import Torus
-from levelset.surface_diffusion import Surface, SurfaceDiffusion, implicit
+from levelset.surface_band import SurfaceBand
+from levelset.surface_diffusion import SurfaceDiffusion, implicit
 from levelset.surface_operators import laplace_beltrami
 from pmesh.run.loop import run
 from remesh.errors import InputError
@@ -147,7 +148,7 @@ def test_a_constant_stays_and_values_stay_between_their_extremes():
 
 def test_the_embedded_laplacian_is_that_of_laplace_beltrami():
     grid = around(1, 32, 3)
-    surface = Surface.around(Sphere(1.0), grid)
+    surface = SurfaceBand.around(Sphere(1.0), grid)
     values = surface.closest[:, 0] * surface.closest[:, 2]
     found = surface.laplacian(values) / grid.spacing**2
     np.testing.assert_allclose(found, -6 * values, atol=0.02)
@@ -191,7 +192,7 @@ def test_a_cylinder_across_a_periodic_axis_knows_no_end():
 
 
 def test_the_order_in_time_is_two():
-    surface = Surface.around(Disk(1.0), around(1, 32, 2))
+    surface = SurfaceBand.around(Disk(1.0), around(1, 32, 2))
     flow = SurfaceDiffusion(grid=surface.grid, diffusivity=1.0)
     start = flow.start(surface, lambda p: p[0] ** 3)
     ends = []
@@ -212,7 +213,7 @@ def test_a_step_of_a_thousand_explicit_ones_damps_all_but_the_mean():
 
 
 def test_an_implicit_stage_solves_its_equation():
-    surface = Surface.around(Disk(1.0), around(1, 24, 2))
+    surface = SurfaceBand.around(Disk(1.0), around(1, 24, 2))
     right = surface.closest[:, 0]
     found = implicit(surface, right, 3.0, right)
     np.testing.assert_allclose(found - 3.0 * surface.laplacian(found), right, atol=1e-9)
@@ -261,7 +262,7 @@ def test_starts_that_cannot_be_are_refused():
     with pytest.raises(InputError, match="grid's shape"):
         flow.start(Disk(1.0), np.zeros(3))
     with pytest.raises(InputError, match="another grid"):
-        flow.start(Surface.around(Disk(1.0), around(1, 12, 2)), lambda p: p[0])
+        flow.start(SurfaceBand.around(Disk(1.0), around(1, 12, 2)), lambda p: p[0])
     for wrong in ({"diffusivity": 0.0}, {"diffusivity": 1.0, "stretch": -1.0}):
         with pytest.raises(InputError, match="must be positive"):
             SurfaceDiffusion(grid=grid, **wrong)
