@@ -80,7 +80,7 @@ class Tool:
         """
         if not (start <= stop and pace > 0):
             raise InputError(
-                f"a sweep goes on in time at a positive pace, got {start:g} to {stop:g} at {pace:g}",
+                f"a sweep goes on in time at a positive pace, got {start} to {stop} at {pace}",
                 hint="tool.sweep(0.0, 1.0, 0.01)",
             )
         corners = _corners(self.shape.bounds())

@@ -154,6 +154,23 @@ def test_a_blade_that_turns_about_its_end_removes_a_sector() -> None:
     assert end.removed == pytest.approx(0.5 * math.pi * r * r + 2.0 * half, rel=3e-3)
 
 
+@pytest.mark.parametrize("steps", [1, 2, 4])
+@pytest.mark.parametrize("beats", [1, 2])
+def test_strokes_that_return_within_a_step_are_cut(steps: int, beats: int) -> None:
+    """The tool is where it was at the ends and in the middle of a step: it moved all the same."""
+    tool = Tool(shape=Disk(0.1), shift=lambda t: (0.25 * math.sin(2 * math.pi * beats * t), 0.0))
+    recipe = Cutting(carrier=ParticleLevelSet(grid=plane(), velocity=STILL), tools=tool)
+    end = carried(recipe, recipe.start(Box(SIDES[:2])), steps)
+    assert end.removed == pytest.approx(math.pi * 0.01 + 0.5 * 0.2, rel=2e-3)
+
+
+def test_a_blade_that_turns_twice_in_a_step_removes_a_disk() -> None:
+    tool = Tool(shape=Box((0.6, 0.1)), angle=lambda t: 4 * math.pi * t)
+    recipe = Cutting(carrier=ParticleLevelSet(grid=plane(), velocity=STILL), tools=tool)
+    end = carried(recipe, recipe.start(Box(SIDES[:2])), 1)
+    assert end.removed == pytest.approx(math.pi * (0.3**2 + 0.05**2), rel=5e-3)
+
+
 def test_several_tools_cut_at_once_and_what_both_touch_counts_once() -> None:
     tools = [
         Tool(shape=Disk(0.2), shift=lambda t: (0.0, 0.1 * t)),
@@ -249,10 +266,24 @@ def test_the_tools_set_no_limit_and_the_user_may() -> None:
         ({"tools": Disk(0.1)}, "tools must be a Tool or several"),
         ({"tools": Tool(shape=Sphere(0.1))}, "a tool has 3 dimensions, the grid 2"),
         ({"tools": Tool(shape=Disk(0.02))}, "1.6 spacings thick: the mesh does not see its cut"),
+        (
+            {"tools": Tool(shape=Box((0.01, 0.5)).moved(angle=0.7))},
+            "0.4 spacings thick: the mesh does not see its cut",
+        ),
         ({"tools": Tool(shape=Disk(0.2)), "largest_step": 0.0}, "largest_step must be positive"),
+        ({"tools": Tool(shape=Disk(0.2)), "largest_step": "a"}, "largest_step must be a number"),
+        ({"tools": Tool(shape=Disk(0.2)), "carrier": "x"}, "carrier must be a ParticleLevelSet"),
     ],
 )
 def test_cuts_that_make_no_sense_are_refused(options, said: str) -> None:
     carrier = ParticleLevelSet(grid=plane(), velocity=STILL)
     with pytest.raises(InputError, match=said):
-        Cutting(carrier=carrier, **options)
+        Cutting(**{"carrier": carrier, **options})
+
+
+@pytest.mark.parametrize("dt", [-0.1, 0.0, math.inf, "a"])
+def test_steps_that_are_none_are_refused(dt) -> None:
+    carrier = ParticleLevelSet(grid=plane(), velocity=STILL)
+    recipe = Cutting(carrier=carrier, tools=Tool(shape=Disk(RADIUS), shift=bore))
+    with pytest.raises(InputError, match="dt must be"):
+        recipe.step(recipe.start(Disk(0.4)), dt)

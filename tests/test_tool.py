@@ -137,7 +137,8 @@ def test_the_pace_follows_the_thickness_of_a_leaning_plate() -> None:
     tool = Tool(shape=plate, shift=lambda t: (t, 0.0))
     across = 0.5 * math.cos(0.7) * np.array([-math.tan(0.7), 1.0])
     ends = np.outer(np.linspace(-0.9, 0.9, 20), across)
-    x = np.concatenate([ends.T + [[shift], [0.0]] for shift in np.linspace(0.0, 1.0, 301)], axis=1)
+    shifts = np.outer(np.linspace(0.0, 1.0, 301), (1.0, 0.0))
+    x = (ends[:, None] + shifts).reshape(-1, 2).T
     assert np.all(Swept(tool, 0.0, 1.0).distance(x) < -0.5 * 0.02 + 1e-4)
 
 
