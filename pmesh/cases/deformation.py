@@ -1,4 +1,4 @@
-"""What the reversed-flow cases share: a paced recipe, exact surfaces, errors, pieces and holes."""
+"""What the reversed-flow cases share: exact surfaces, errors, pieces and holes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from pmesh.cases.case import Case, Outcome
 from pmesh.cases.options import option
 from pmesh.run.summary import Metric
 from remesh.grid import Grid
-from remesh.limit import Limit, tightest
 from remesh.paths import get_scheme, travel
 
 if TYPE_CHECKING:
@@ -31,19 +30,9 @@ Values = NDArray[np.float64]
 KEPT = "the flow keeps volumes"
 BACK = "the flow turns back: the start"
 TRACED = "the surface traced by RK4, converged"
+DEFORMED = 0.5  # largest dt * max|grad u| of one RK4 step
 PATHS = 60  # steps per unit of time of exact paths: RK4, to 1e-6 of the box
 PARTS = {2: 8, 3: 4}  # samples along a cell's side that an interface error is measured with
-
-
-@dataclass(frozen=True, kw_only=True)
-class PacedLevelSet(ParticleLevelSet):
-    """Interfaces on particles, with steps no longer than ``pace``."""
-
-    pace: float  # [T]
-
-    def limit(self, state: Interface) -> Limit:
-        """The deformation rule, or the pace."""
-        return tightest(Limit(self.pace, "pace"), super().limit(state))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,7 +49,7 @@ class ReversedCase(Case):
     band: float = option(0.15, "half width of the band of particles", unit="L")
     courant: float = option(1.0, "time step times largest speed over the cell size")
     remeshing: int = option(1, "steps from one remeshing to the next")
-    substeps: int = option(1, "RK4 steps in a step")
+    substeps: int = option(0, "RK4 steps in a step; 0: as many as the deformation asks for")
     coarse: bool = option(True, "whether to run with half the cells as well, for the order")
     every: float = option(0.5, "time between snapshots", unit="T")
 
@@ -73,7 +62,7 @@ class ReversedCase(Case):
         self.require(self.radius <= self.most, "radius", f"at most {self.most:g} to fit the box")
         self.require(self.width >= 2, "band", "at least 2 cells")
         self.require(self.remeshing >= 1, "remeshing", "at least 1")
-        self.require(self.substeps >= 1, "substeps", "at least 1")
+        self.require(self.substeps >= 0, "substeps", "at least 0")
 
     @property
     def most(self) -> float:
@@ -102,14 +91,17 @@ class ReversedCase(Case):
 
     def build(self) -> tuple[Any, Any]:
         """Particles around the body's surface, in the unit box."""
-        flow = PacedLevelSet(
+        step = self.courant * self.spacing / self.law.max_speed(0.0)
+        asked = math.ceil(step * self.law.max_gradient(0.0) / DEFORMED)
+        flow = ParticleLevelSet(
             grid=Grid((self.nodes + 1,) * self.law.ndim, self.spacing),
             velocity=self.law,
             kernel=self.kernel,
             width=self.width,
             remeshing=self.remeshing,
-            substeps=self.substeps,
-            pace=self.courant * self.spacing / self.law.max_speed(0.0),
+            substeps=self.substeps or asked,
+            deformation=DEFORMED,
+            largest_step=step,
         )
         return flow, flow.start(self.shape)
 
