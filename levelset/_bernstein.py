@@ -13,6 +13,7 @@ import numpy as np
 from numba import njit
 
 STEPS = 60  # of a search for a root, at most
+CLOSE = 3e-8  # a step of Newton's so short is the last: what is left is of its square
 
 
 def _matrices():
@@ -36,6 +37,9 @@ def _matrices():
 
 LINE, WITHOUT_LAST, WITHOUT_FIRST = 3, 4, 5
 MATRICES = _matrices()
+MIDDLE = (0.125, 0.375, 0.375, 0.125)  # the four cubics in the middle of the cell,
+BETWEEN = (0.25, 0.5, 0.25, 0.0)  # the three parabolas that their derivatives are made of,
+ALONE = (1.0, 0.0, 0.0, 0.0)  # and along an axis of one coefficient
 
 
 @njit(cache=True, nogil=True)
@@ -95,27 +99,21 @@ def sign(coefficients):
 
 @njit(cache=True, nogil=True)
 def slope(coefficients, axis):
-    """The derivative along an axis at the cell's middle, and whether it is of one sign."""
+    """The derivative along an axis: at the cell's middle, its least and its largest coefficient."""
     a = coefficients
-    below = False
-    above = False
-    total = 0.0
-    for i in range(a.shape[0] - (axis == 0)):
-        for j in range(a.shape[1] - (axis == 1)):
-            for k in range(a.shape[2] - (axis == 2)):
-                step = a[i + (axis == 0), j + (axis == 1), k + (axis == 2)] - a[i, j, k]
-                below |= step < 0
-                above |= step > 0
-                weight = 1.0
-                for other in range(3):
-                    if a.shape[other] == 4:
-                        place = i if other == 0 else (j if other == 1 else k)
-                        if other == axis:
-                            weight *= 0.5 if place == 1 else 0.25
-                        else:
-                            weight *= 0.375 if place == 1 or place == 2 else 0.125
-                total += weight * step
-    return 3 * total, not (below and above)
+    u = BETWEEN if axis == 0 else (MIDDLE if a.shape[0] == 4 else ALONE)
+    v = BETWEEN if axis == 1 else (MIDDLE if a.shape[1] == 4 else ALONE)
+    w = BETWEEN if axis == 2 else (MIDDLE if a.shape[2] == 4 else ALONE)
+    x, y, z = int(axis == 0), int(axis == 1), int(axis == 2)
+    least, most, total = np.inf, -np.inf, 0.0
+    for i in range(a.shape[0] - x):
+        for j in range(a.shape[1] - y):
+            weight = u[i] * v[j]
+            for k in range(a.shape[2] - z):
+                step = a[i + x, j + y, k + z] - a[i, j, k]
+                least, most = min(least, step), max(most, step)
+                total += weight * w[k] * step
+    return 3 * total, 3 * least, 3 * most
 
 
 @njit(cache=True, nogil=True)
@@ -174,11 +172,12 @@ def single(a, b, c, d, low, high):
             right = x
         steep = 3 * (y * y * (b - a) + 2 * x * y * (c - b) + x * x * (d - c))
         ahead = x - here / steep if steep != 0 else left - 1.0
+        close = CLOSE
         if not left < ahead < right:
-            ahead = 0.5 * (left + right)
+            ahead, close = 0.5 * (left + right), CLOSE * CLOSE
         moved = abs(ahead - x)
         x = ahead
-        if moved < 1e-15:
+        if moved < close:
             break
     return x
 
@@ -190,19 +189,23 @@ def roots(a, b, c, d, found, count):
         return count
     # where it turns: derivative 3 ((1-x)^2 p + 2 x (1-x) q + x^2 r)
     p, q, r = b - a, c - b, d - c
+    if (p <= 0 and q <= 0 and r <= 0) or (p >= 0 and q >= 0 and r >= 0):
+        if (a < 0) != (d < 0):
+            found[count] = single(a, b, c, d, 0.0, 1.0)
+            count += 1
+        return count
     places = (0.0, 1.0, 1.0, 1.0)
-    if not ((p <= 0 and q <= 0 and r <= 0) or (p >= 0 and q >= 0 and r >= 0)):
-        square, half = p - 2 * q + r, q - p
-        inner = half * half - square * p
-        if inner > 0:
-            root = math.sqrt(inner)
-            top = -(half + math.copysign(root, half))
-            one = top / square if square != 0 else 2.0
-            two = p / top if top != 0 else 2.0
-            one, two = min(one, two), max(one, two)
-            one = min(max(one, 0.0), 1.0)
-            two = min(max(two, 0.0), 1.0)
-            places = (0.0, one, two, 1.0)
+    square, half = p - 2 * q + r, q - p
+    inner = half * half - square * p
+    if inner > 0:
+        root = math.sqrt(inner)
+        top = -(half + math.copysign(root, half))
+        one = top / square if square != 0 else 2.0
+        two = p / top if top != 0 else 2.0
+        one, two = min(one, two), max(one, two)
+        one = min(max(one, 0.0), 1.0)
+        two = min(max(two, 0.0), 1.0)
+        places = (0.0, one, two, 1.0)
     for i in range(3):
         low, high = places[i], places[i + 1]
         if high > low and (cubic(a, b, c, d, low) < 0) != (cubic(a, b, c, d, high) < 0):

@@ -9,26 +9,29 @@ import numpy as np
 from numba import njit
 
 from levelset import _surface_operators
-from levelset._surface_operators import FLAT, across, jet
+from levelset._surface_operators import FLAT, across, jet, scratch
 from remesh.compiled import drop_stale
 
 drop_stale(__file__, _surface_operators.__file__)
 
 
 @njit(cache=True, nogil=True)
-def curvatures(first, pieces, step, rows, phi, known, nodes, shape, wraps, h, gaussian, out):
+def at(phi, node, gaps, shape, wraps, second, work, p):
+    """Squared slope of phi at a node; derivatives in p as `jet` gives them."""
+    f, ok, g, gk = work
+    plane = shape[1] * shape[2]
+    place = (node // plane, node // shape[2] % shape[1], node % shape[2])
+    jet(phi, gaps, place, shape, wraps, second, f, ok, g, gk, p)
+    return p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+
+
+@njit(cache=True, nogil=True)
+def curvatures(first, pieces, step, rows, phi, nodes, gaps, shape, wraps, h, gaussian, out):
     """Mean curvature div n, or the Gaussian one, at the nodes; NaN where phi is flat."""
-    f, g = np.empty(5), np.empty((5, 5))
-    ok, gk = np.empty(5, np.bool_), np.empty((5, 5), np.bool_)
-    p = np.empty(9)
-    place = np.empty(3, np.int64)
+    work, p = scratch(), np.empty(9)
     for piece in range(first, pieces, step):
-        for m in range(piece * rows, min((piece + 1) * rows, len(nodes))):
-            place[0] = nodes[m] // (shape[1] * shape[2])
-            place[1] = nodes[m] // shape[2] % shape[1]
-            place[2] = nodes[m] % shape[2]
-            jet(phi, known, place, shape, wraps, True, f, ok, g, gk, p)
-            steep = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+        for m in range(piece * rows, min((piece + 1) * rows, len(out))):
+            steep = at(phi, nodes[m] if gaps else m, gaps, shape, wraps, True, work, p)
             if steep < FLAT:
                 out[m] = math.nan
             elif gaussian:
@@ -38,19 +41,12 @@ def curvatures(first, pieces, step, rows, phi, known, nodes, shape, wraps, h, ga
 
 
 @njit(cache=True, nogil=True)
-def normals(first, pieces, step, rows, phi, known, nodes, shape, wraps, out):
+def normals(first, pieces, step, rows, phi, nodes, gaps, shape, wraps, out):
     """grad phi / |grad phi| at the nodes, zero where phi is flat; out (3, n)."""
-    f, g = np.empty(5), np.empty((5, 5))
-    ok, gk = np.empty(5, np.bool_), np.empty((5, 5), np.bool_)
-    p = np.empty(9)
-    place = np.empty(3, np.int64)
+    work, p = scratch(), np.empty(9)
     for piece in range(first, pieces, step):
-        for m in range(piece * rows, min((piece + 1) * rows, len(nodes))):
-            place[0] = nodes[m] // (shape[1] * shape[2])
-            place[1] = nodes[m] // shape[2] % shape[1]
-            place[2] = nodes[m] % shape[2]
-            jet(phi, known, place, shape, wraps, False, f, ok, g, gk, p)
-            steep = p[0] * p[0] + p[1] * p[1] + p[2] * p[2]
+        for m in range(piece * rows, min((piece + 1) * rows, out.shape[1])):
+            steep = at(phi, nodes[m] if gaps else m, gaps, shape, wraps, False, work, p)
             share = 0.0 if steep < FLAT else 1.0 / math.sqrt(steep)
             for axis in range(3):
                 out[axis, m] = share * p[axis]

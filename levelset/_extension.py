@@ -18,10 +18,10 @@ LANDINGS = 8  # Newton steps, at most
 
 @njit(cache=True, nogil=True)
 def at(flat, shape, wraps, gaps, x, y, z):
-    """Value and gradient at a point in node units; the third axis of a plane has one node."""
-    if shape[2] == 1:
-        p, px, py = gradient2(flat, shape, wraps, gaps, x, y)
-        return p, px, py, 0.0
+    """Value and gradient at a point in node units; in the plane the middle axis has one node."""
+    if shape[1] == 1:
+        p, px, pz = gradient2(flat, (shape[0], shape[2]), (wraps[0], wraps[2]), gaps, x, z)
+        return p, px, 0.0, pz
     return gradient3(flat, shape, wraps, gaps, x, y, z)
 
 

@@ -8,7 +8,7 @@ from numba import njit
 
 from levelset import _bernstein, _heights
 from levelset._bernstein import LINE, MATRICES, WITHOUT_FIRST, WITHOUT_LAST, along
-from levelset._heights import AREA, PIECES, TERMS, cut
+from levelset._heights import AREA, INSIDE, NOTHING, PIECES, TERMS, cut
 from remesh.compiled import drop_stale
 
 drop_stale(__file__, _bernstein.__file__, _heights.__file__)
@@ -176,24 +176,67 @@ def begins(cell, shape, wraps):
 
 @njit(cache=True, nogil=True)
 def corners(flat, shape, gaps, cell):
-    """Of the corners of a cell: how many are below zero, how many are set."""
-    below, known = 0, 0
+    """Of the corners of a cell: how many are below zero, how many are set, the least size."""
+    below, known, least = 0, 0, np.inf
+    ahead = cell[1] + 1 if cell[1] + 1 < shape[1] else 0
+    beyond = cell[2] + 1 if cell[2] + 1 < shape[2] else 0
     for a in range(2):
-        i = (cell[0] + a) % shape[0]
+        i = cell[0] + a if cell[0] + a < shape[0] else 0
         for b in range(2):
-            row = (i * shape[1] + (cell[1] + b) % shape[1]) * shape[2]
+            row = (i * shape[1] + (ahead if b else cell[1])) * shape[2]
             for c in range(2 if shape[2] > 1 else 1):
-                this = flat[row + (cell[2] + c) % shape[2]]
+                this = flat[row + (beyond if c else cell[2])]
                 below += this < 0
                 known += this != 0.0 or not gaps
-    return below, known
+                least = min(least, abs(this))
+    return below, known, least
 
 
 @njit(cache=True, nogil=True)
-def measure(plain, flat, shape, wraps, gaps, cell, below, surface, values, wanted, work, terms):
+def torn(flat, shape, wraps, cell, first):
+    """Whether the contour crosses a cell around this node that begins at one that is not set."""
+    for corner in range(1, 8 if shape[2] > 1 else 4):
+        for k in range(3):
+            first[k] = cell[k] - ((corner >> k) & 1)
+            if first[k] < 0 and wraps[k]:
+                first[k] += shape[k]
+        if first[0] < 0 or first[1] < 0 or first[2] < 0:
+            continue
+        node = (first[0] * shape[1] + first[1]) * shape[2] + first[2]
+        if flat[node] == 0.0 and begins(first, shape, wraps):
+            below, known, _ = corners(flat, shape, True, first)
+            if 0 < below < known:
+                return True
+    return False
+
+
+@njit(cache=True, nogil=True)
+def steepest(first, pieces, step, size, nodes, flat, shape, wraps, gaps, result):
+    """Per piece of nodes: the largest step of the values from a node to the next on an axis."""
+    strides = (shape[1] * shape[2], shape[2], 1)
+    total = len(nodes) if gaps else flat.size
+    for piece in range(first, pieces, step):
+        for n in range(piece * size, min((piece + 1) * size, total)):
+            node = nodes[n] if gaps else n
+            rest, here = node, flat[node]
+            for axis in range(3):
+                place = rest // strides[axis]
+                rest -= place * strides[axis]
+                if place + 1 < shape[axis]:
+                    other = node + strides[axis]
+                elif wraps[axis]:
+                    other = node - place * strides[axis]
+                else:
+                    continue
+                if not (gaps and flat[other] == 0.0):
+                    result[piece] = max(result[piece], abs(flat[other] - here))
+
+
+@njit(cache=True, nogil=True)
+def measure(plain, flat, shape, wraps, gaps, cell, below, values, wanted, work, terms):
     """Add the terms of a cell whose corners are all set, in units of the cell."""
     stack, boxes, extra, order, scratch, ready, found = work
-    if wanted:
+    if wanted != NOTHING:
         leads, missing = load(values, flat, shape, wraps, gaps, cell, extra, ready)
         coefficients(extra, completed(extra, ready, found, leads, missing))
     leads, missing = load(flat, flat, shape, wraps, gaps, cell, stack[0], ready)
@@ -203,9 +246,9 @@ def measure(plain, flat, shape, wraps, gaps, cell, below, surface, values, wante
         if shape[2] > 1:
             kinds = (kinds[0], kinds[1], kind(stack[0], 2, leads))
         coefficients(stack[0], kinds)
-        cut(plain, stack, boxes, surface, extra, wanted, scratch, order, terms)
+        cut(plain, stack, boxes, extra, wanted, scratch, order, terms)
     elif below > 0:
-        full(extra.mean() if wanted else 0.0, terms)
+        full(extra.mean() if wanted == INSIDE else 0.0, terms)
 
 
 @njit(cache=True, nogil=True)
@@ -218,15 +261,16 @@ def full(mean, terms):
 
 @njit(cache=True, nogil=True)
 def integrals(
-    first, pieces, step, size, plain, nodes, flat, shape, wraps, gaps, far, surface, values, wanted,
-    result,
+    first, pieces, step, size, plain, nodes, flat, shape, wraps, gaps, near, values, wanted, result
 ):  # fmt: skip
     """Per piece of nodes: the terms over the cells that begin at these nodes, in node units.
 
-    A cell that begins at a value beyond ``far`` is not crossed; with gaps, where corners are not
-    set, it is inside by the share of those that are. ``plain``: see `cut`.
+    A cell with corners of one sign, all beyond ``near``, is not crossed; one that is and of which
+    corners are not set is counted in the last of the results. ``plain``: see `cut`; ``wanted``:
+    over what the values are integrated.
     """
     deep = 4 if shape[2] > 1 else 1
+    count = 8 if shape[2] > 1 else 4
     work = (
         np.zeros((PIECES, 4, 4, deep)),
         np.zeros((PIECES, 4)),
@@ -237,31 +281,34 @@ def integrals(
         np.zeros((64, 3), np.int64),
     )
     terms = np.zeros(TERMS)
-    cell = np.zeros(3, np.int64)
+    cell, other = np.zeros(3, np.int64), np.zeros(3, np.int64)
     total = len(nodes) if gaps else flat.size
     for piece in range(first, pieces, step):
         for n in range(piece * size, min((piece + 1) * size, total)):
             node = nodes[n] if gaps else n
-            if flat[node] > far:
-                continue
-            cell[2] = node % shape[2]
-            cell[1] = node // shape[2] % shape[1]
-            cell[0] = node // (shape[1] * shape[2])
+            row = node // shape[2]
+            cell[0] = row // shape[1]
+            cell[1] = row - cell[0] * shape[1]
+            cell[2] = node - row * shape[2]
+            if gaps and torn(flat, shape, wraps, cell, other):
+                result[piece, TERMS] += 1.0
             if not begins(cell, shape, wraps):
                 continue
+            below, known, least = corners(flat, shape, gaps, cell)
+            if below == 0 and least > near:
+                continue
             terms[:] = 0.0
-            if flat[node] < -far and not wanted:
+            if known < count:
+                if 0 < below < known:
+                    result[piece, TERMS] += 1.0
+                full(0.0, terms)
+                terms *= below / known
+            elif below == count and least > near and wanted != INSIDE:
                 full(0.0, terms)
             else:
-                below, known = corners(flat, shape, gaps, cell)
-                if known == (4 if deep == 1 else 8):
-                    measure(
-                        plain, flat, shape, wraps, gaps, cell, below, surface, values, wanted, work,
-                        terms,
-                    )  # fmt: skip
-                elif below > 0:
-                    full(0.0, terms)
-                    terms *= below / known
+                measure(
+                    plain, flat, shape, wraps, gaps, cell, below, values, wanted, work, terms
+                )  # fmt: skip
             for at in (0, AREA):
                 result[piece, at] += terms[at]
                 result[piece, at + 4] += terms[at + 4]

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.rows import runs
+from levelset.rows import filled
 from remesh.grid import Grid
 
 Array = NDArray[np.floating[Any]]
@@ -32,10 +32,4 @@ class Band(NamedTuple):
 
     def filled(self, beyond: float) -> Array:
         """The values on all nodes: +-``beyond`` outside the band, by the side that they are on."""
-        field = np.full(self.grid.shape, beyond, self.values.dtype)
-        lines = field.reshape(-1, self.grid.shape[-1])
-        for row, first, stop, inside in zip(*runs(self.nodes, self.values, self.grid), strict=True):
-            if inside:
-                lines[row, first:stop] = -beyond
-        field.reshape(-1)[self.nodes] = self.values
-        return field
+        return filled(self.nodes, self.values, self.grid, beyond)

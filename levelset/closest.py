@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
-from remesh.errors import InputError, as_number
+from levelset.nodal import check_width, laid_out
+from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.layout import PIECES, precision
+from remesh.layout import PIECES
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -32,8 +33,8 @@ class ClosestPoints(NamedTuple):
 
 
 def closest_points(
-    phi: Array,
-    grid: Grid,
+    phi: Array | Band,
+    grid: Grid | None = None,
     *,
     nodes: Nodes | None = None,
     width: float | None = None,
@@ -42,18 +43,19 @@ def closest_points(
     """The nearest point of phi = 0 to every node within ``width`` [L] of it (None: to all).
 
     ``phi`` has ``grid.shape`` and any slope; with ``nodes``, sorted flat indices, it is known
-    there only (then ``(len(nodes),)`` will do too), and without ``width`` these are the nodes
-    answered, as far as the contour is reached through them. The contour is that of the cubic
-    interpolant: points are of order 4 off it, 3 along it. Next to it feet are found by Newton
-    from the nearest crossing of a mesh line, farther out from the feet of neighbours, then
-    exchanged between neighbours until no one knows a nearer one. Where Newton fails, at kinks,
-    the foot slides along the contour as long as it comes nearer. Beyond an unbounded edge the
-    contour goes on straight. Cost: O(nodes answered), without ``nodes`` also one look at every
-    node. Same bits for any number of threads. Refuses a phi of one sign or not finite.
+    there only (then ``(len(nodes),)`` will do too, or a `Band` for all three), and without
+    ``width`` these are the nodes answered, as far as the contour is reached through them. The
+    contour is that of the cubic interpolant: points are of order 4 off it, 3 along it. Next to it
+    feet are found by Newton from the nearest crossing of a mesh line, farther out from the feet of
+    neighbours, then exchanged between neighbours until no one knows a nearer one. Where Newton
+    fails, at kinks, the foot slides along the contour as long as it comes nearer. Beyond an
+    unbounded edge the contour goes on straight. Cost: O(nodes answered), without ``nodes`` also one
+    look at every node. Same bits for any number of threads. Refuses a phi of one sign or not
+    finite.
     Source: D. L. Chopp, SIAM J. Sci. Comput. 23 (2001) 230.
     """
     front = Front(phi, grid, nodes, threads)
-    front.run(None if width is None else check_width(width), confined=nodes is not None)
+    front.run(None if width is None else check_width(width), confined=front.gaps)
     kept = front.within(math.inf if width is None else float(width))
     return ClosestPoints(front.nodes[kept], front.points(kept), front.signed(kept))
 
@@ -61,22 +63,14 @@ def closest_points(
 class Front:
     """The nodes reached so far, their feet and their sides; private to the laws of this package."""
 
-    def __init__(self, phi: Array, grid: Grid, nodes: Nodes | None, threads: int | None) -> None:
-        values = np.asarray(phi)
-        self.grid, self.threads, self.dtype = grid, thread_count(threads), precision(values)
-        if nodes is None:
-            values = check_level_set(values, grid)
-            known = np.empty(0, np.int64)
-            self.flat: Array = np.ascontiguousarray(values, np.float64).reshape(-1)
-        else:
-            known = check_nodes(nodes, grid)
-            values = check_band_values(values, grid, known).astype(np.float64, copy=False)
-            self.flat = scattered(values, known, grid)
-        self.gaps = nodes is not None
-        middle = grid.ndim == 3
-        self.shape = (grid.shape[0], grid.shape[1] if middle else 1, grid.shape[-1])
-        self.wraps = (grid.periodic[0], middle and grid.periodic[1], grid.periodic[-1])
-        self._start(known)
+    def __init__(
+        self, phi: Array | Band, grid: Grid | None, nodes: Nodes | None, threads: int | None
+    ) -> None:
+        laid = laid_out(phi, grid, nodes)
+        self.grid, self.threads, self.dtype = laid.grid, thread_count(threads), laid.dtype
+        self.flat, self.gaps = laid.flat, laid.gaps
+        self.shape, self.wraps = laid.shape, laid.wraps
+        self._start(laid.nodes if laid.gaps else np.empty(0, np.int64))
 
     def _start(self, known: Nodes) -> None:
         """The nodes that have neighbours of the other sign."""
@@ -209,68 +203,3 @@ def pieces_of(count: int) -> tuple[int, int]:
     """Size and number of the pieces of so many nodes."""
     size = max(LEAST, -(-count // PIECES))
     return size, -(-count // size)
-
-
-def check_level_set(phi: Array, grid: Grid, name: str = "phi") -> Array:
-    """Refuse what is not a finite value per node."""
-    if phi.shape != grid.shape:
-        raise InputError(
-            f"{name} must have shape {grid.shape}, got {phi.shape}", hint="one value per node"
-        )
-    _refuse_not_finite(phi, name)
-    return phi
-
-
-def check_nodes(nodes: Nodes, grid: Grid) -> Nodes:
-    """Refuse what are not ascending flat indices of the grid."""
-    known = np.asarray(nodes)
-    if known.ndim != 1 or not np.issubdtype(known.dtype, np.integer):
-        raise InputError(
-            f"nodes must be flat indices of shape (n,), got {known.dtype} {known.shape}",
-            hint="np.flatnonzero(abs(phi) < width)",
-        )
-    if len(known) and (known[0] < 0 or known[-1] >= grid.size or np.any(np.diff(known) <= 0)):
-        raise InputError(
-            f"nodes must ascend and lie between 0 and {grid.size - 1}", hint="np.unique(nodes)"
-        )
-    return known.astype(np.int64, copy=False)
-
-
-def check_band_values(phi: Array, grid: Grid, nodes: Nodes, name: str = "phi") -> Array:
-    """The values at the nodes; refuses other shapes and what is not finite there."""
-    if phi.shape not in (grid.shape, nodes.shape):
-        raise InputError(
-            f"{name} must have shape {grid.shape} or {nodes.shape}, got {phi.shape}",
-            hint="one value per node of the grid, or per node of the band",
-        )
-    values = phi if phi.shape == nodes.shape else phi.reshape(-1)[nodes]
-    _refuse_not_finite(values, name)
-    return values
-
-
-def check_width(width: float) -> float:
-    """Refuse a width that is no positive length."""
-    given = as_number("width", width, hint="width=4 * grid.spacing")
-    if not (math.isfinite(given) and given > 0):
-        raise InputError(
-            f"width must be a positive length, got {width}", hint="width=4 * grid.spacing"
-        )
-    return given
-
-
-def scattered(values: Array, nodes: Nodes, grid: Grid) -> Array:
-    """The values on the grid, unset nodes zero, known zeros tiny; as the interpolants ask."""
-    from levelset._interpolant import TINY
-
-    dtype = precision(values)
-    known = np.where(values == 0, dtype.type(TINY), values).astype(dtype, copy=False)
-    return Band(grid, nodes, known).on_grid().reshape(-1)
-
-
-def _refuse_not_finite(values: Array, name: str) -> None:
-    bad = int(np.size(values) - np.count_nonzero(np.isfinite(values)))
-    if bad:
-        raise InputError(
-            f"{name} must be finite, it is not at {bad} of {values.size} nodes",
-            hint="check the velocity that moved it",
-        )

@@ -7,11 +7,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.closest import check_band_values, check_level_set, check_nodes
+from levelset.band import Band
 from levelset.extension import extend
+from levelset.nodal import laid_out
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.layout import layout, precision, split, wraps
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -21,28 +21,35 @@ At = Literal["node", "contour"]
 
 
 def normal(
-    phi: Array, grid: Grid, *, nodes: Nodes | None = None, threads: int | None = None
+    phi: Array | Band,
+    grid: Grid | None = None,
+    *,
+    nodes: Nodes | None = None,
+    threads: int | None = None,
 ) -> Array:
     """Unit normal grad phi / |grad phi|, outward: ``(ndim, *grid.shape)``, ``(ndim, len(nodes))``.
 
     ``phi`` of ``grid.shape``, negative inside, with any slope. Differences of order 4 where two
     nodes to all sides are known, else of order 2, leaning inward at edges; zero where phi is flat.
     ``nodes``: flat indices where alone phi is known (then ``(len(nodes),)`` will do) and the normal
-    wanted; NaN where even a neighbour is missing. Cost: O(nodes). Same bits for any number of
-    threads. Refuses another shape, and values that are not finite.
+    wanted, or a `Band` for all three; NaN where even a neighbour is missing. Cost: O(nodes). Same
+    bits for any number of threads. Refuses another shape, and values that are not finite.
     """
     from levelset import _curvature
 
-    work = _Work(phi, grid, nodes)
-    out = np.empty((3, len(work.nodes)), work.dtype)
-    share(_curvature.normals, work.pieces, thread_count(threads), *work.arguments, out)
-    found = out[::2] if grid.ndim == 2 else out
-    return found if nodes is not None else found.reshape(grid.ndim, *grid.shape)
+    laid = laid_out(phi, grid, nodes)
+    out = np.empty((3, len(laid.known)), laid.dtype)
+    share(
+        _curvature.normals, laid.pieces, thread_count(threads), laid.size, laid.flat, laid.nodes,
+        laid.gaps, laid.shape, laid.wraps, out,
+    )  # fmt: skip
+    found = out[::2] if laid.grid.ndim == 2 else out
+    return found if laid.gaps else found.reshape(-1, *laid.grid.shape)
 
 
 def curvature(
-    phi: Array,
-    grid: Grid,
+    phi: Array | Band,
+    grid: Grid | None = None,
     *,
     kind: Kind = "mean",
     at: At = "node",
@@ -69,35 +76,15 @@ def curvature(
             f"kind must be 'mean' or 'gaussian', at 'node' or 'contour', got {kind!r}, {at!r}",
             hint="kind='mean'",
         )
-    if kind == "gaussian" and grid.ndim == 2:
+    laid = laid_out(phi, grid, nodes)
+    if kind == "gaussian" and laid.grid.ndim == 2:
         raise InputError("a line has no Gaussian curvature", hint="kind='mean'")
-    work = _Work(phi, grid, nodes)
-    out = np.empty(len(work.nodes), work.dtype)
+    out = np.empty(len(laid.known), laid.dtype)
     share(
-        _curvature.curvatures, work.pieces, thread_count(threads), *work.arguments, grid.spacing,
-        kind == "gaussian", out,
+        _curvature.curvatures, laid.pieces, thread_count(threads), laid.size, laid.flat, laid.nodes,
+        laid.gaps, laid.shape, laid.wraps, laid.grid.spacing, kind == "gaussian", out,
     )  # fmt: skip
-    found: Array = out if nodes is not None else out.reshape(grid.shape)
+    found: Array = out if laid.gaps else out.reshape(laid.grid.shape)
     if at == "node":
         return found
     return extend(found, phi, grid, nodes=nodes, threads=threads)
-
-
-class _Work:
-    """The level set as the loops take it."""
-
-    def __init__(self, phi: Array, grid: Grid, nodes: Nodes | None) -> None:
-        values = np.asarray(phi)
-        self.dtype = precision(values)
-        if nodes is None:
-            flat = np.ascontiguousarray(check_level_set(values, grid), self.dtype).reshape(-1)
-            self.nodes, known = np.arange(grid.size), np.ones(grid.size, np.bool_)
-        else:
-            self.nodes = check_nodes(nodes, grid)
-            flat, known = np.zeros(grid.size, self.dtype), np.zeros(grid.size, np.bool_)
-            flat[self.nodes] = check_band_values(values, grid, self.nodes)
-            known[self.nodes] = True
-        rows, self.pieces = split(len(self.nodes))
-        self.arguments = (
-            rows, flat, known, self.nodes, layout(grid)[1:], tuple(wraps(grid).tolist())
-        )  # fmt: skip

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.closest import check_nodes, closest_points, scattered
+from levelset.band import Band
+from levelset.closest import closest_points
+from levelset.nodal import axes, check_nodes, on_mesh, scattered, three
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.layout import precision, split
@@ -19,8 +21,8 @@ Nodes = NDArray[np.int64]
 
 def extend(
     values: Array,
-    phi: Array,
-    grid: Grid,
+    phi: Array | Band,
+    grid: Grid | None = None,
     *,
     nodes: Nodes | None = None,
     width: float | None = None,
@@ -30,12 +32,14 @@ def extend(
 
     ``values`` ``(..., *grid.shape)``, with ``nodes`` also ``(..., len(nodes))``, of which those
     within two nodes of the contour count; those not finite are unset. ``nodes``: flat indices where
-    alone phi and values are known and results are wanted. With ``width`` [L] nodes farther from
+    alone phi and values are known and results are wanted; a `Band` in place of phi brings its own.
+    With ``width`` [L] nodes farther from
     the contour keep the values given. Returns ``(..., *grid.shape)`` or ``(..., len(nodes))``; NaN
     at a node from which no contour is reached, or where the values around its foot are unset.
     Cubic interpolation at `closest_points`: of order 3 at least for smooth values. Cost: O(nodes
     answered). Same bits for any number of threads. Refuses wrong shapes, a phi of one sign.
     """
+    phi, grid, nodes = on_mesh(phi, grid, nodes)
     given = np.asarray(values)
     dtype = precision(given)
     dense = given.shape[-grid.ndim :] == grid.shape
@@ -46,7 +50,6 @@ def extend(
     lead = given.shape[: -grid.ndim] if dense else given.shape[:-1]
     parts = given.reshape(-1, grid.size if dense else len(np.asarray(nodes)))
     feet = closest_points(phi, grid, nodes=nodes, width=width, threads=threads)
-    places = (feet.points - np.array(grid.origin)) / grid.spacing
     known = np.arange(grid.size) if nodes is None else np.asarray(nodes, np.int64)
     found = parts[:, known] if dense else parts
     result = found.astype(dtype) if width is not None else np.full(found.shape, np.nan, dtype)
@@ -54,7 +57,7 @@ def extend(
     for part, out in zip(found, result, strict=True):
         finite = np.isfinite(part)
         laid = scattered(part[finite].astype(np.float64), known[finite], grid)
-        out[where] = sample(laid, grid, places[mine], threads)
+        out[where] = sample(laid, grid, feet.points[mine], threads)
     return result.reshape(*lead, *(grid.shape if nodes is None else (len(known),)))
 
 
@@ -90,28 +93,23 @@ def values_at(
         )
     finite = np.isfinite(given)
     laid = scattered(given[finite].astype(np.float64), known[finite], grid)
-    found = sample(laid, grid, (places - np.array(grid.origin)) / grid.spacing, threads)
+    found = sample(laid, grid, places, threads)
     return found.astype(precision(given))
 
 
 def sample(
-    flat: Array, grid: Grid, places: NDArray[np.float64], threads: int | None
+    flat: Array, grid: Grid, points: NDArray[np.float64], threads: int | None
 ) -> NDArray[np.float64]:
-    """Flat nodal values, zero where unset, at places ``(n, ndim)`` in node units."""
+    """Flat nodal values, zero where unset, at ``points`` ``(n, ndim)`` [L]."""
     from levelset import _extension
 
-    out = np.empty(len(places))
-    size, pieces = split(len(places))
+    out = np.empty(len(points))
+    size, pieces = split(len(points))
     share(
-        _extension.sample, pieces, thread_count(threads), size, flat,
-        (*grid.shape, 1)[:3], (*grid.periodic, False)[:3], three(places), out,
+        _extension.sample, pieces, thread_count(threads), size, flat, *axes(grid),
+        three(grid, points), out,
     )  # fmt: skip
     return out
-
-
-def three(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Places with a third coordinate, zero in the plane."""
-    return np.ascontiguousarray(np.pad(places, ((0, 0), (0, 3 - places.shape[1]))))
 
 
 def _answered(found: Nodes, known: Nodes) -> tuple[Nodes, Nodes]:

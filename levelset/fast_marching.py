@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.closest import check_level_set, check_width
+from levelset.nodal import check_level_set, check_width
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.layout import precision

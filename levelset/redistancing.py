@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
-from levelset.closest import Front, check_level_set, check_width
+from levelset.closest import Front
+from levelset.nodal import check_level_set, check_width
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -63,24 +64,27 @@ def redistance(
 
 
 def redistance_band(
-    phi: Array,
-    grid: Grid,
-    nodes: Nodes,
-    width: float,
+    phi: Array | Band,
+    grid: Grid | None = None,
+    nodes: Nodes | None = None,
+    width: float | None = None,
     *,
     threads: int | None = None,
 ) -> Band:
     """The signed distance [L] at all nodes within ``width`` [L] of the contour, as a new band.
 
     ``phi`` is known at ``nodes`` only: of shape ``(len(nodes),)``, or ``grid.shape`` with anything
-    elsewhere. They should hold two layers of nodes on either side of the contour; where they do
-    not, the contour is that of the multilinear interpolant. The new band may be wider or narrower
-    than the old one; a node that was not in it takes the side of the node next to it. Accuracy as
+    elsewhere; or it is a `Band`, which stands for all three; without nodes it is known everywhere.
+    They should hold two layers of nodes on either side of the contour; where they do not, the
+    contour is that of the multilinear interpolant. The new band may be wider or narrower than the
+    old one; a node that was not in it takes the side of the node next to it. Accuracy as
     `redistance`. Cost: O(nodes, old and new). Refuses a phi of one sign or not finite at its nodes.
     """
+    if width is None:
+        raise InputError("a band needs a width", hint="width=4 * grid.spacing")
     width = check_width(width)
     front = Front(phi, grid, nodes, threads)
     front.run(width)
     front.keep()
     kept = front.within(width)
-    return Band(grid, front.nodes[kept], front.signed(kept).astype(front.dtype))
+    return Band(front.grid, front.nodes[kept], front.signed(kept).astype(front.dtype))

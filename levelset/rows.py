@@ -59,15 +59,14 @@ def runs(nodes: Nodes, values: Array, grid: Grid) -> Runs:
     return Runs(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
 
-def filled(nodes: Nodes, values: Array, grid: Grid) -> Array:
-    """The level set on all nodes: beyond the band the largest size in it, with the right sign."""
-    far = float(np.abs(values).max()) if len(nodes) else 1.0
+def filled(nodes: Nodes, values: Array, grid: Grid, beyond: float) -> Array:
+    """The level set on all nodes: +-``beyond`` outside the band, by the side that they are on."""
     steps = np.zeros(grid.size + 1, np.int8)
-    beyond = runs(nodes, values, grid)
-    start = beyond.row[beyond.inside] * grid.shape[-1]
-    np.add.at(steps, start + beyond.first[beyond.inside], 1)
-    np.add.at(steps, start + beyond.stop[beyond.inside], -1)
-    field = np.where(np.cumsum(steps[:-1]) > 0, -far, far).astype(values.dtype)
+    found = runs(nodes, values, grid)
+    start = found.row[found.inside] * grid.shape[-1]
+    np.add.at(steps, start + found.first[found.inside], 1)
+    np.add.at(steps, start + found.stop[found.inside], -1)
+    field = np.where(np.cumsum(steps[:-1], dtype=np.int8) > 0, -beyond, beyond).astype(values.dtype)
     field[nodes] = values
     return field.reshape(grid.shape)
 

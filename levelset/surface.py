@@ -11,9 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
-from levelset.extension import three
-from levelset.nodal import Laid, laid_out, on_mesh, refuse_empty
-from levelset.rows import filled
+from levelset.nodal import Laid, laid_out, refuse_empty, three
 from remesh.errors import InputError, StorageError
 from remesh.grid import Grid
 from remesh.layout import split
@@ -99,7 +97,8 @@ def triangles(
     """
     import pyvista
 
-    values, mesh, laid = _filled(phi, grid)
+    values, laid = _filled(phi, grid)
+    mesh = laid.grid
     if mesh.ndim != 3:
         raise InputError("triangles are drawn in space, got a plane", hint="contours(phi, grid)")
     image = pyvista.ImageData(
@@ -108,7 +107,7 @@ def triangles(
     image.point_data["phi"] = values.ravel(order="F")
     found = image.contour([0.0], scalars="phi", method="flying_edges", compute_normals=False)
     faces = np.asarray(found.faces, np.int64).reshape(-1, 4)[:, 1:]
-    vertices, normals = _landed(np.asarray(found.points, np.float64), mesh, laid, threads)
+    vertices, normals = _landed(np.asarray(found.points, np.float64), laid, threads)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     outward = np.einsum("ij,ij->", np.cross(b - a, c - a), normals[faces[:, 0]])
     return Surface(
@@ -129,7 +128,8 @@ def contours(
     """
     from contourpy import contour_generator
 
-    values, mesh, laid = _filled(phi, grid)
+    values, laid = _filled(phi, grid)
+    mesh = laid.grid
     if mesh.ndim != 2:
         raise InputError("contours are drawn in the plane", hint="triangles(phi, grid)")
     axes = [
@@ -139,19 +139,21 @@ def contours(
     drawn = contour_generator(axes[1], axes[0], values, line_type="Separate").lines(0.0)
     lines = []
     for line in drawn:
-        points, normals = _landed(np.asarray(line, np.float64)[:, ::-1], mesh, laid, threads)
+        points, normals = _landed(np.asarray(line, np.float64)[:, ::-1], laid, threads)
         along = np.diff(points, axis=0)
         left = along[:, 1] * normals[:-1, 0] - along[:, 0] * normals[:-1, 1]  # outward on the right
         lines.append(points if left.sum() >= 0 else points[::-1].copy())
     return lines
 
 
-def _filled(phi: Array | Band, grid: Grid | None) -> tuple[Values, Grid, Laid]:
-    """Values on all nodes and past periodic seams, none too small to draw; the grid; the loops'."""
-    given, mesh, nodes = on_mesh(phi, grid)
-    laid = laid_out(given, mesh, nodes)
+def _filled(phi: Array | Band, grid: Grid | None) -> tuple[Values, Laid]:
+    """Values on all nodes and past periodic seams, none too small to draw; and the loops' own."""
+    laid = laid_out(phi, grid)
     refuse_empty(laid)
-    field = filled(laid.nodes, laid.known, mesh) if laid.gaps else laid.flat.reshape(mesh.shape)
+    mesh, known = laid.grid, laid.known
+    field = laid.flat.reshape(mesh.shape)
+    if laid.gaps:
+        field = np.asarray(Band(mesh, laid.nodes, known).filled(float(np.abs(known).max())))
     padded = np.pad(field, [(0, int(w)) for w in mesh.periodic], mode="wrap")
     around = np.zeros_like(padded)
     size = np.abs(padded)
@@ -160,20 +162,21 @@ def _filled(phi: Array | Band, grid: Grid | None) -> tuple[Values, Grid, Laid]:
         np.maximum(here[1:], beside[:-1], out=here[1:])
         np.maximum(here[:-1], beside[1:], out=here[:-1])
     lifted = np.maximum(size, LEAST * around)
-    return np.where(padded < 0, -lifted, np.maximum(lifted, 1e-300)), mesh, laid
+    return np.where(padded < 0, -lifted, np.maximum(lifted, 1e-300)), laid
 
 
-def _landed(points: Values, grid: Grid, laid: Laid, threads: int | None) -> tuple[Values, Values]:
+def _landed(points: Values, laid: Laid, threads: int | None) -> tuple[Values, Values]:
     """Points (n, ndim) on the contour of the cubic interpolant, and the unit normals there."""
     from levelset import _extension
 
-    places = three((points - np.array(grid.origin)) / grid.spacing)
+    grid = laid.grid
+    places = three(grid, points)
     normals = np.zeros_like(places)
     size, pieces = split(len(places))
     share(
-        _extension.land, pieces, thread_count(threads), size, laid.flat,
-        (*grid.shape, 1)[:3], (*grid.periodic, False)[:3], laid.gaps, REACH, places, normals,
+        _extension.land, pieces, thread_count(threads), size, laid.flat, laid.shape, laid.wraps,
+        laid.gaps, REACH, places, normals,
     )  # fmt: skip
-    ndim = grid.ndim
-    moved = np.array(grid.origin) + grid.spacing * places[:, :ndim]
-    return np.asarray(moved), np.ascontiguousarray(normals[:, :ndim])
+    own = slice(None, None, 1 if grid.ndim == 3 else 2)
+    moved = np.array(grid.origin) + grid.spacing * places[:, own]
+    return np.asarray(moved), np.ascontiguousarray(normals[:, own])

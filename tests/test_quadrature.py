@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.special import ellipe
 
-from levelset.quadrature import area, centroid, integrate, volume
+from levelset.band import Band
+from levelset.quadrature import area, centroid, integrate, measures, volume
 from levelset.shapes import Box, Disk, SlottedDisk, SlottedSphere, Sphere
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -93,6 +94,67 @@ def test_a_narrow_band_costs_few_digits(ndim, layers, off):
     nodes = np.flatnonzero(np.abs(phi) < layers * grid.spacing)
     assert volume(phi, grid, nodes=nodes) == pytest.approx(volume(phi, grid), rel=off)
     assert area(phi, grid, nodes=nodes) == pytest.approx(area(phi, grid), rel=off)
+
+
+@pytest.mark.parametrize("boundary", ["unbounded", "periodic"])
+@pytest.mark.parametrize("ndim", [2, 3])
+def test_a_band_that_misses_corners_of_crossed_cells_is_refused(ndim, boundary):
+    grid = mesh(40, ndim, boundary)
+    for middle in (0, 20):  # across the seam, if there is one
+        phi = np.roll(disk(grid), middle * (boundary == "periodic"), 0)
+        nodes = np.flatnonzero(np.abs(phi) < 1.0 * grid.spacing)
+        for law in (volume, area, measures):
+            with pytest.raises(InputError, match="the band is too thin: the contour crosses cells"):
+                law(phi, grid, nodes=nodes)
+        enough = np.flatnonzero(np.abs(phi) < math.sqrt(ndim) * grid.spacing)
+        assert area(phi, grid, nodes=enough) == pytest.approx(area(phi, grid), rel=2e-3)
+        assert volume(phi, grid, nodes=enough) == pytest.approx(volume(phi, grid), rel=2e-3)
+
+
+@pytest.mark.parametrize("corner", [(0, 0), (0, 1), (1, 0), (1, 1)])
+def test_any_corner_that_is_missing_is_noticed(corner):
+    grid = Grid((7, 8), 1.0)
+    phi = grid.points()[0] + 0.3 * grid.points()[1] - 4.2
+    nodes = np.arange(grid.size)
+    assert area(phi, grid, nodes=nodes) > 0
+    crossed = np.flatnonzero((phi[:-1, :-1] < 0) & (phi[1:, 1:] >= 0))[2]
+    i, j = np.divmod(crossed, grid.shape[1] - 1)
+    missing = (i + corner[0]) * grid.shape[1] + j + corner[1]
+    with pytest.raises(InputError, match="too thin"):
+        area(phi, grid, nodes=np.delete(nodes, missing))
+
+
+@pytest.mark.parametrize(("layers", "order"), [(3.0, 3.8), (2.0, 1.8)])
+def test_the_order_in_a_band_is_four_with_two_nodes_to_each_side_and_two_with_corners(
+    layers, order
+):
+    errors = []
+    for n in (32, 64, 128):
+        grid = mesh(n, 2)
+        near = np.abs(disk(grid)) < layers * grid.spacing
+        phi = disk(grid) * (3.0 + disk(grid)) * np.exp(grid.points()[0])
+        found = measures(phi, grid, nodes=np.flatnonzero(near))
+        errors.append(abs(found.volume - math.pi))
+    assert math.log2(errors[1] / errors[2]) > order, errors
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("ndim", [2, 3])
+def test_one_pass_measures_what_each_law_does_and_a_band_stands_for_its_parts(ndim, dtype):
+    grid = mesh(24, ndim)
+    phi = disk(grid).astype(dtype)
+    nodes = np.flatnonzero(np.abs(phi) < 4 * grid.spacing)
+    band = Band(grid, nodes, phi.reshape(-1)[nodes])
+    found = measures(band)
+    assert found.volume == volume(band) == volume(phi, grid, nodes=nodes)
+    assert found.area == area(band) == area(phi, grid, nodes=nodes)
+    np.testing.assert_array_equal(found.centroid, centroid(band))
+    assert integrate(np.ones(len(nodes)), band) == pytest.approx(found.area, rel=1e-12)
+    assert np.isnan(measures(np.ones(grid.shape), grid).centroid).all()
+    with pytest.raises(InputError, match="a band has a grid and nodes of its own"):
+        volume(band, grid, nodes=nodes)
+    with pytest.raises(InputError, match="needs its grid"):
+        volume(phi)
 
 
 @pytest.mark.parametrize("boundary", ["unbounded", "periodic"])
@@ -281,13 +343,17 @@ def test_bad_input_is_refused():
         volume(phi.T, grid)
     with pytest.raises(InputError, match="phi must be finite, it is not at 1 of 72"):
         area(np.where(np.arange(72).reshape(8, 9) == 3, np.nan, phi), grid)
+    with pytest.raises(InputError, match="phi must be real numbers, got complex128"):
+        volume(phi + 0j, grid)
+    with pytest.raises(InputError, match="values must be real numbers, got complex128"):
+        integrate(phi + 0j, phi, grid)
     with pytest.raises(InputError, match="nodes must ascend"):
         volume(phi, grid, nodes=np.array([3, 2]))
     with pytest.raises(InputError, match="the inside reaches beyond it"):
         integrate(phi, phi, grid, over="inside", nodes=np.arange(72))
     with pytest.raises(InputError, match="over must be"):
         integrate(phi, phi, grid, over="outside")
-    with pytest.raises(InputError, match="values must have the grid's shape"):
+    with pytest.raises(InputError, match="values must have shape"):
         integrate(phi.T, phi, grid)
     with pytest.raises(InputError, match="values must be finite"):
         integrate(phi * np.nan, phi, grid)

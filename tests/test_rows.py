@@ -23,7 +23,7 @@ def test_a_band_is_filled_with_the_signs_of_the_whole(shape, kind, sign):
     phi = sign * phi
     nodes = np.flatnonzero(np.abs(phi) < 1.6)
     values = phi.reshape(-1)[nodes]
-    field = filled(nodes, values, grid)
+    field = filled(nodes, values, grid, 3.0)
     np.testing.assert_array_equal(field < 0, phi < 0)
     np.testing.assert_array_equal(field.reshape(-1)[nodes], values)
 
@@ -41,7 +41,7 @@ def test_runs_are_all_nodes_beyond_the_band_once():
 
 def test_an_empty_band_has_no_inside():
     grid = Grid((5, 6), 1.0)
-    assert (filled(np.zeros(0, np.int64), np.zeros(0), grid) > 0).all()
+    assert (filled(np.zeros(0, np.int64), np.zeros(0), grid, 1.0) > 0).all()
 
 
 def test_a_hole_in_the_band_is_refused():
