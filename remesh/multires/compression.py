@@ -84,6 +84,7 @@ def compress(
     Source: Gillis & van Rees, SIAM J. Sci. Comput. 44 (2022) C367.
     """
     values = check_field(field, grid)
+    values = values.astype(precision(values), copy=False)
     found = get_wavelet(wavelet)
     if not 0 < tolerance < 1:
         raise InputError(f"tolerance must lie in (0, 1), got {tolerance}", hint="tolerance=1e-3")
@@ -99,17 +100,25 @@ def compress(
     coefficients = forward(values, grid, found, depth, threads=threads)
     flat = coefficients.reshape(-1, grid.size)
     level = node_levels(grid, depth).reshape(-1)
-    kept = (np.abs(flat) > tolerance * scales[:, None]) | (level == 0)
+    threshold = (tolerance * scales[:, None]).astype(flat.dtype)
+    kept = flat > threshold
+    kept |= flat < -threshold
+    kept |= level == 0
     indices = np.flatnonzero(kept)
     result = flat.reshape(-1)[indices]
-    flat[~kept] = 0
+    np.copyto(flat, 0, where=~kept)
     inverse(coefficients, grid, found, depth, out=coefficients, threads=threads)
-    error = np.abs(coefficients - values.astype(precision(values), copy=False)).max()
+    coefficients -= values
     return Compressed(
         grid=grid, wavelet=found, depth=depth, tolerance=float(tolerance), components=components,
         scale=scales, indices=indices, levels=level[indices % grid.size], values=result,
-        error_bound=float(error),
+        error_bound=_largest(coefficients),
     )  # fmt: skip
+
+
+def _largest(values: Array) -> float:
+    """Largest absolute value; not a number if one of them is not."""
+    return float(np.maximum(values.max(), -values.min()))
 
 
 def _scales(
@@ -117,7 +126,7 @@ def _scales(
 ) -> NDArray[np.float64]:
     """What the tolerance is relative to, one per component."""
     count = int(np.prod(values.shape[: -grid.ndim]))
-    largest = float(np.abs(values).max())
+    largest = _largest(values)
     if not np.isfinite(largest):
         raise InputError(
             "field must be finite, it is not at some nodes", hint="np.isfinite(field).all()"
