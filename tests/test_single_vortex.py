@@ -54,14 +54,17 @@ def test_the_error_falls_with_better_than_second_order_in_a_band_of_given_width(
 def test_the_step_follows_the_courant_number():
     flow, state = SingleVortexCase(nodes=64, courant=4.0).build()
     limit = flow.limit(state)
-    assert (limit.dt, limit.rule) == (pytest.approx(4.0 / 64), "pace")
+    assert (limit.dt, limit.rule) == (pytest.approx(4.0 / 64), "largest_step")
     flow, state = SingleVortexCase(nodes=64, courant=40.0).build()
+    assert flow.limit(state).dt == pytest.approx(40.0 / 64)
+    assert flow.substeps == 8  # dt max|grad u| = 3.9, at most 0.5 in each
+    flow, state = SingleVortexCase(nodes=64, courant=40.0, substeps=1).build()
     assert flow.limit(state).rule == "deformation"
 
 
 def test_at_a_courant_number_of_20_the_area_still_comes_back(tmp_path):
     case = SingleVortexCase.make(
-        {"courant": 20.0, "substeps": 4, "period": 2.0, "until": 2.0, "coarse": False}, quick=True
+        {"courant": 20.0, "period": 2.0, "until": 2.0, "coarse": False}, quick=True
     )
     report = run_case("single-vortex", case, tmp_path / "run")
     assert abs(metric(report, "area back at the start").error) < 0.005
@@ -71,7 +74,7 @@ def test_at_a_courant_number_of_20_the_area_still_comes_back(tmp_path):
 def test_the_error_at_a_courant_number_of_40_is_within_twice_that_at_5():
     """dt max|grad u| = 2 instead of 0.25: four RK4 steps from one remeshing to the next."""
     errors = []
-    for options in ({"courant": 5.0}, {"courant": 40.0, "substeps": 4}):
+    for options in ({"courant": 5.0}, {"courant": 40.0}):
         case = SingleVortexCase(nodes=128, **options)
         flow, state = case.build()
         errors.append(case.error(flow, run(flow, state, until=8.0)))
@@ -161,7 +164,7 @@ def test_the_registry_leads_to_the_case():
         ({"courant": 0.0}, "courant must be positive"),
         ({"band": 0.01}, "band must be at least 2 cells"),
         ({"remeshing": 0}, "remeshing must be at least 1"),
-        ({"substeps": 0}, "substeps must be at least 1"),
+        ({"substeps": -1}, "substeps must be at least 0"),
         ({"every": 0.0}, "every must be positive"),
     ],
 )
