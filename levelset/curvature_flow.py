@@ -14,29 +14,32 @@ of k^2 lies along n is amplified by (1 + r z)/(1 + z), z = dt k^2: at most 1 for
 extrapolated step keeps that (with q = 1 - r, w = z/2 its 1 - gain is
 ``2 q w (1 + (4-q) w + (3-2q) w^2)/((1+w)^2 (1+2w)) >= 0``).
 
-phi is never made a distance again: the motion is that of every level surface by itself, and what
-was a kink at a centre becomes smooth, phi = sqrt(r^2 + 2 (ndim-1) t) - R for a sphere. Where the
-slope is below what the mesh resolves, |grad phi| < h |Hess phi|/4, it tells no direction, and
-n . Hess . n is its mean over the slopes Hess x of the points x close by, each weighted with its
-square: tr Hess^3/tr Hess^2, right where a ball, a neck or a sheet vanishes.
+phi starts as a distance and is never made one again: the motion is that of every level surface by
+itself, and what was a kink at a centre becomes smooth, phi = sqrt(r^2 + 2 (ndim-1) t) - R for a
+sphere. Where the slope is below what the mesh resolves, |grad phi| < h |Hess phi|/4, it tells no
+direction, and n . Hess . n is its mean over the slopes Hess x of the points x close by, each
+weighted with its square: tr Hess^3/tr Hess^2, right where a ball, a neck or a sheet vanishes.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.given import check_grid, level_set, precision_asked
+from levelset.quadrature import measures
+from levelset.redistancing import redistance
 from levelset.shape import Shape
-from remesh.errors import InputError
+from remesh.errors import InputError, as_number
 from remesh.grid import Grid
-from remesh.layout import precision, split
-from remesh.limit import Limit
+from remesh.layout import split
+from remesh.limit import Limit, check_step
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -67,37 +70,37 @@ class CurvatureFlow:
 
     grid: Grid
     stretch: float = 10.0  # largest dt over the explicit limit h^2/(2 ndim)
+    threads: int | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse a stretch that is not positive."""
-        if not (math.isfinite(self.stretch) and self.stretch > 0):
-            raise InputError(f"stretch must be positive, got {self.stretch}", hint="stretch=10.0")
+        """Refuse what is no grid, and a stretch that is not positive."""
+        check_grid(self.grid)
+        stretch = as_number("stretch", self.stretch, hint="stretch=10.0")
+        if not (math.isfinite(stretch) and stretch > 0):
+            raise InputError(f"stretch must be positive, got {stretch}", hint="stretch=10.0")
 
     def start(self, surface: Shape | Array, *, dtype: str | None = None) -> CurvatureState:
-        """The state at time 0, from a shape or from phi on the nodes.
+        """The state at time 0, from a shape or from any phi on the nodes.
 
-        Refuses a surface that no mesh line crosses, and a phi that is not finite.
+        A shape gives its distance; an array is redistanced in the whole box, for where its slope
+        dies off the surface it would move at another speed. Looks at every node. Refuses a surface
+        that no mesh line crosses, and a phi that is not finite.
         """
-        if isinstance(surface, Shape):
-            phi = surface.distance(self.grid.points())
-        else:
-            phi = np.asarray(surface)
-        phi = np.array(phi, dtype or precision(phi), order="C")  # a copy: a state is a value
-        if phi.shape != self.grid.shape or not np.isfinite(phi).all():
-            raise InputError(
-                f"phi must be finite and have the grid's shape {self.grid.shape}, got {phi.shape}",
-                hint="shape.distance(grid.points())",
-            )
-        if not crossed(phi):
+        given = level_set(surface, self.grid)
+        if not crossed(given):
             raise InputError(
                 "the surface does not pass through the grid: phi has one sign on all nodes",
                 hint="a shape inside the grid, a few spacings thick",
             )
+        if not isinstance(surface, Shape):
+            given = redistance(given, self.grid, threads=self.threads)
+        phi = np.array(given, precision_asked(dtype, given), order="C")
         return CurvatureState(time=0.0, step=0, grid=self.grid, phi=phi)
 
     def step(self, state: CurvatureState, dt: float) -> CurvatureState:
         """The state dt [T] later."""
-        phi = curvature_step(state.phi, state.grid, dt)
+        dt = check_step(dt)
+        phi = curvature_step(state.phi, state.grid, dt, threads=self.threads)
         return replace(state, time=state.time + dt, step=state.step + 1, phi=phi)
 
     def limit(self, state: CurvatureState) -> Limit:
@@ -107,11 +110,10 @@ class CurvatureFlow:
 
     def ledger(self, state: CurvatureState) -> dict[str, float]:
         """``volume`` and ``area`` (2-D: area and length), zero once it vanished; least phi."""
-        from levelset.quadrature import area, volume
-
+        found = measures(state.phi, state.grid, threads=self.threads)
         return {
-            "volume": volume(state.phi, state.grid),
-            "area": area(state.phi, state.grid),
+            "volume": found.volume,
+            "area": found.area,
             "lowest": float(state.phi.min()),
         }
 

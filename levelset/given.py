@@ -44,12 +44,9 @@ def precision_asked(dtype: Any, values: NDArray[Any]) -> np.dtype[Any]:
     """The precision that was asked for, None for that of the values; refuses any other."""
     if dtype is None:
         return precision(values)
-    try:
-        found: np.dtype[Any] = np.dtype(dtype)
-    except TypeError:
-        found = np.dtype(object)
-    if found not in (np.float32, np.float64):
+    name = str(getattr(dtype, "__name__", dtype))
+    if name not in ("float32", "float64"):
         raise InputError(
             f"dtype must be 'float32' or 'float64', got {dtype!r}", hint="dtype='float64'"
         )
-    return np.dtype(found)
+    return np.dtype(name)

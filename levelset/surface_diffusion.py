@@ -144,11 +144,11 @@ class SurfaceDiffusion:
         first = implicit(surface, before, reach, before, threads=self.threads)
         right = before + (1 - STAGE) / STAGE * (first - before)
         values = implicit(surface, right, reach, first, threads=self.threads)
+        _check_bounded(values, before)
         if self.keep:
             missing = state.masses - surface.integrals(values, threads=self.threads)
             for part, more in zip(surface.parts, missing / surface.areas, strict=True):
                 values[part] += more
-        _check_bounded(values, before)
         return replace(
             state, time=state.time + dt, step=state.step + 1,
             values=values.astype(state.values.dtype, copy=False),

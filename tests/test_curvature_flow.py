@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from levelset.curvature_flow import CurvatureFlow, curvature_step, extinction, normal_bend
+from levelset.profile import profile
 from levelset.shapes import Box, Disk, Sphere
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -111,6 +112,19 @@ def test_the_motion_belongs_to_the_surface_not_to_phi():
     np.testing.assert_allclose(areas, np.pi * 0.6, rtol=2e-3)
 
 
+@pytest.mark.parametrize("ndim", [2, 3])
+def test_a_phi_whose_slope_dies_moves_as_its_distance_does(ndim):
+    # what particles carry: the slope falls to zero six spacings off
+    grid = box(ndim, 16)
+    h, radius = grid.spacing, np.sqrt((grid.points() ** 2).sum(axis=0))
+    until = 0.25 / (ndim - 1)  # half the area of a disk
+    ends = [
+        CurvatureFlow(grid=grid).ledger(shrunk(grid, until, 10.0, phi))["volume"]
+        for phi in (profile(radius - 1, 6 * h), radius - 1, np.clip(radius - 1, -2 * h, 2 * h))
+    ]
+    np.testing.assert_allclose(ends, ends[1], rtol=1e-3)
+
+
 def test_a_hole_closes_as_a_disk_does():
     grid = box(2, 24)
     phi = Disk(1.0).distance(grid.points())
@@ -190,9 +204,24 @@ def test_starts_that_hold_no_surface_are_refused():
         flow.start(Disk(0.3, center=(9.0, 0.0)))
     with pytest.raises(InputError, match="finite"):
         flow.start(np.full(grid.shape, np.nan))
-    with pytest.raises(InputError, match="grid's shape"):
+    with pytest.raises(InputError, match="must have shape"):
         flow.start(np.zeros((3, 3)))
+    with pytest.raises(InputError, match="a shape or numbers"):
+        flow.start("a")
+    with pytest.raises(InputError, match="dtype must be"):
+        flow.start(Disk(1.0), dtype="a")
     with pytest.raises(InputError, match="stretch must be positive"):
         CurvatureFlow(grid=grid, stretch=0.0)
+    with pytest.raises(InputError, match="stretch must be a number"):
+        CurvatureFlow(grid=grid, stretch="a")
+    with pytest.raises(InputError, match="grid must be a Grid"):
+        CurvatureFlow(grid=None)
     with pytest.raises(InputError, match="volumes that fall"):
         extinction([0.0, 1.0], [1.0, 1.0], 2)
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.1, np.nan, np.inf, "a"])
+def test_steps_that_are_no_time_are_refused(dt):
+    flow = CurvatureFlow(grid=box(2, 8))
+    with pytest.raises(InputError, match="dt must be"):
+        flow.step(flow.start(Disk(1.0)), dt)

@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from scipy.special import ellipe, ellipeinc
 
+from levelset import surface_diffusion
 from levelset.shapes import Box, Disk, Ellipse, Sphere
 from levelset.solids import Torus
 from levelset.surface_band import SurfaceBand
 from levelset.surface_diffusion import SurfaceDiffusion, implicit
 from levelset.surface_operators import laplace_beltrami
 from pmesh.run.loop import run
-from remesh.errors import InputError
+from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
 
 SHIFT = 0.37  # of the mesh against the shape, in cells: nothing is aligned
@@ -263,6 +264,55 @@ def test_starts_that_cannot_be_are_refused():
         flow.start(Disk(1.0), np.zeros(3))
     with pytest.raises(InputError, match="another grid"):
         flow.start(SurfaceBand.around(Disk(1.0), around(1, 12, 2)), lambda p: p[0])
+    for law in (lambda p: p, lambda p: p[0][:-1], lambda _: "a", np.full(grid.shape, "a")):
+        with pytest.raises(InputError, match="values must be"):
+            flow.start(Disk(1.0), law)
+    with pytest.raises(InputError, match="a shape or numbers"):
+        flow.start("a", lambda p: p[0])
+    for name in ("diffusivity", "stretch"):
+        with pytest.raises(InputError, match=f"{name} must be a number"):
+            SurfaceDiffusion(**{"grid": grid, "diffusivity": 1.0, name: "a"})
+    with pytest.raises(InputError, match="grid must be a Grid"):
+        SurfaceDiffusion(grid=None, diffusivity=1.0)
     for wrong in ({"diffusivity": 0.0}, {"diffusivity": 1.0, "stretch": -1.0}):
         with pytest.raises(InputError, match="must be positive"):
             SurfaceDiffusion(grid=grid, **wrong)
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.1, np.nan, np.inf, "a"])
+def test_steps_that_are_no_time_are_refused(dt):
+    flow = SurfaceDiffusion(grid=around(1, 12, 2), diffusivity=1.0)
+    with pytest.raises(InputError, match="dt must be"):
+        flow.step(flow.start(Disk(1.0), lambda p: p[0]), dt)
+
+
+def test_parts_of_a_surface_keep_their_own_integrals():
+    left, right = Disk(0.5, center=(-1.0, 0.03)), Ellipse((0.6, 0.4)).moved(shift=(1.0, 0.0))
+    start, state = spread(left | right, around(1.7, 16, 2), lambda p: np.maximum(p[0], 0.0), 0.1)
+    assert start.masses.shape == (2,)
+    found = state.surface.integrals(state.values)
+    np.testing.assert_allclose(found, start.masses, rtol=1e-12, atol=1e-14)
+    on_left = state.surface.closest[:, 0] < 0
+    np.testing.assert_array_equal(state.values[on_left], 0.0)  # there was none, there is none
+
+
+def test_values_that_leave_their_extremes_by_far_break_a_run(monkeypatch):
+    flow = SurfaceDiffusion(grid=around(1, 12, 2), diffusivity=1.0)
+    state = flow.start(Disk(1.0), lambda p: p[0])
+    for wrong in (3.5, -3.5, np.nan):
+        monkeypatch.setattr(
+            surface_diffusion, "implicit", lambda *_, w=wrong, **__: w * state.values
+        )
+        with pytest.raises(BlowUpError, match="made values from"):
+            flow.step(state, 0.01)
+
+
+def test_threads_do_not_change_a_bit():
+    ends = []
+    for threads in (1, 2):
+        grid = around(1, 12, 3)
+        flow = SurfaceDiffusion(grid=grid, diffusivity=1.0, threads=threads)
+        state = flow.step(flow.start(Sphere(1.0), lambda p: p[0] * p[2]), 0.01)
+        ends.append(state.values)
+    np.testing.assert_array_equal(*ends)
+    assert flow == SurfaceDiffusion(grid=grid, diffusivity=1.0)
