@@ -31,7 +31,8 @@ Array = NDArray[np.floating[Any]]
 Nodes = NDArray[np.int64]
 THINNEST = 2.0  # spacings: what a tool cuts must be seen by the mesh
 PACE = 0.5  # spacings that a tool moves from pose to pose
-GAINED = 1e-3  # of the volume: what a cut may add to a body by the mesh's errors
+GAINED = 1e-3  # of the whole: volume that a cut may add to a body by the mesh's errors
+STRAYED = 0.01  # of the whole: change of volume that is believed in steps beyond the limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,9 +65,10 @@ class Cutting:
     cuts alone: of order 2 in the spacing, for its sharp edges. On periodic axes tools meet the body
     in the box, not its images. Tools' ways are seen at 32 uneven times of a step and more (see
     `Tool.sweep`): what comes and goes faster wants a smaller ``largest_step``. Refuses tools whose
-    thickest part is below two spacings, and steps so large that a cut would add to the body. Cost
-    of a step: that of the carrier, of the particles near the tools, and of the volume, which a body
-    that moves is remeshed for once, and once more where it was cut.
+    thickest part is below two spacings, and steps so large that particles do not follow: a cut that
+    adds to the body, or beyond the carrier's limit a volume that is not kept. Cost of a step: that
+    of the carrier, of the particles near the tools, and of the volume, which a body that moves is
+    remeshed for once, and once more where it was cut.
     """
 
     carrier: ParticleLevelSet
@@ -130,14 +132,14 @@ class Cutting:
         body = self._tidied(cut, depth)
         touched = bool((cut.values > moved.values).any())
         left = self._volume(body) if touched or not self.resting else state.volume
-        removed = state.removed
+        now = spared = left
         if touched:
             now = state.volume if self.resting else self._volume(moved)
             spared = left if self.carrier.redistancing is None else self._volume(cut)
-            removed += self._taken(now, spared, dt)
+        self._check(state, dt, now, spared)
         return Cut(
             time=state.time + dt, step=state.step + 1, grid=state.grid, body=body, volume=left,
-            removed=removed,
+            removed=state.removed + now - spared,
         )  # fmt: skip
 
     def limit(self, state: Cut) -> Limit:
@@ -167,15 +169,16 @@ class Cutting:
         """The level set of what is left on all nodes: its profile, level beyond the band."""
         return self.carrier.fields(state.body)
 
-    def _taken(self, before: float, after: float, dt: float) -> float:
-        """The volume that a cut took; refuses one that added to the body."""
-        if not after - before <= GAINED * max(before, after):
+    def _check(self, state: Cut, dt: float, moved: float, cut: float) -> None:
+        """Refuse a cut that adds to the body, and volume lost in steps beyond the limit."""
+        whole = state.volume + state.removed
+        strayed = abs(moved - state.volume) > STRAYED * whole
+        if cut - moved > GAINED * whole or (strayed and dt > self.carrier.limit(state.body).dt):
             raise InputError(
-                f"the tools would add {after - before:.3g} to a body of volume {before:.3g}: its "
-                f"particles do not follow the velocity in a step of {dt:g}",
-                hint="a smaller dt, at most recipe.limit(state).dt, or more `substeps`",
+                f"the particles do not follow the velocity in a step of {dt:g}: the body's volume "
+                f"goes from {state.volume:.3g} to {moved:.3g}, and by the cut to {cut:.3g}",
+                hint=f"dt={self.carrier.limit(state.body).dt:.3g} at most, or more `substeps`",
             )
-        return before - after
 
     def _sweeps(self, time: float, dt: float) -> list[Sweep]:
         """The tools' ways in a step."""

@@ -171,6 +171,50 @@ def test_a_blade_that_turns_twice_in_a_step_removes_a_disk() -> None:
     assert end.removed == pytest.approx(math.pi * (0.3**2 + 0.05**2), rel=5e-3)
 
 
+@pytest.mark.parametrize("dt", [0.7, 1.0, 1.2])
+def test_a_step_beyond_the_limit_that_loses_volume_is_refused(dt: float) -> None:
+    """RK4 shrinks a body that turns by more than a radian in a step."""
+    carrier = ParticleLevelSet(
+        grid=plane(half=1.2), velocity=Rotation(center=(0.0, 0.0), rate=2.0), remeshing="never"
+    )
+    recipe = Cutting(carrier=carrier, tools=Tool(shape=Disk(RADIUS), shift=bore))
+    start = recipe.start(Box(SIDES[:2]))
+    assert dt > 2 * recipe.limit(start).dt
+    with pytest.raises(InputError, match="particles do not follow the velocity") as error:
+        recipe.step(start, dt)
+    assert "dt=0.25 at most" in str(error.value)
+
+
+def test_a_cut_that_adds_to_the_body_is_refused(monkeypatch) -> None:
+    carrier = ParticleLevelSet(grid=plane(), velocity=Rotation(center=(0.0, 0.0), rate=2.0))
+    recipe = Cutting(carrier=carrier, tools=Tool(shape=Disk(RADIUS), shift=lambda t: (-0.5, 0.0)))
+    start = recipe.start(Box(SIDES[:2]))
+    moved, cut = 0.9, 0.95  # what is measured where the particles' map is beyond repair
+    volumes = iter([cut, moved])
+    monkeypatch.setattr(Cutting, "_volume", lambda self, body: next(volumes))
+    with pytest.raises(InputError, match=r"to 0\.9, and by the cut to 0\.95"):
+        recipe.step(start, 0.1)
+
+
+@pytest.mark.parametrize(
+    "bad", [lambda t, x: x[:1], lambda t, x: np.where(t > 0.05, np.nan, 0 * x)]
+)
+def test_velocities_that_cannot_be_used_are_refused(bad) -> None:
+    """Those at the end of a step too, which only the particles' ways need."""
+
+    class Law:
+        def max_gradient(self, time: float) -> float:
+            return 0.0
+
+        def __call__(self, time: float, positions: np.ndarray) -> np.ndarray:
+            return bad(time, positions)
+
+    carrier = ParticleLevelSet(grid=plane(), velocity=Law(), remeshing="never", time_scheme="RK2")
+    recipe = Cutting(carrier=carrier, tools=Tool(shape=Disk(RADIUS), shift=lambda t: (-0.4, 0.0)))
+    with pytest.raises(InputError, match=r"velocity (must return shape|is not finite at t = 0\.1)"):
+        recipe.step(recipe.start(Disk(0.4)), 0.1)
+
+
 def test_several_tools_cut_at_once_and_what_both_touch_counts_once() -> None:
     tools = [
         Tool(shape=Disk(0.2), shift=lambda t: (0.0, 0.1 * t)),
