@@ -13,7 +13,6 @@ import levelset
 import pmesh
 import remesh
 from pmesh.cases.style import OURS, REFERENCE, panels, styled
-from pmesh.vortex.carrier import Carrier
 from pmesh.vortex.exact import LambOseen
 
 options = argparse.ArgumentParser(description=__doc__)
@@ -31,7 +30,7 @@ grid = remesh.Grid((2 * half + 1,) * 2, 2 / CELLS, (-2 * half / CELLS,) * 2)
 fine = remesh.Grid((round(1.4 * CELLS) + 1,) * 2, 1 / CELLS, (-0.7, -0.7))
 
 flow = pmesh.VortexFlow(grid=grid, viscosity=vortex.viscosity)
-dye = Carrier(flow=flow, grid=fine, options={"remeshing": "distorted"})
+dye = pmesh.Carrier(flow=flow, grid=fine, options={"remeshing": "distorted"})
 states = [dye.start(drop, vorticity=vortex.vorticity)]
 for time in np.linspace(0, UNTIL, 4)[1:]:
     states.append(pmesh.run(dye, states[-1], until=time, dt=0.05))

@@ -13,7 +13,6 @@ import numpy as np
 import levelset
 import pmesh
 import remesh
-from levelset.cutting import Cutting, Tool
 from pmesh.cases.style import panels, styled
 from pmesh.cases.surfaces import COPPER, Layer, render, show_surface
 
@@ -32,12 +31,12 @@ balls = ((0.24, -0.30), (0.17, 0.11), (0.17, 0.45), (0.22, 0.78))  # radius and 
 form = levelset.shapes.Sphere(balls[0][0], center=(0.0, 0.0, balls[0][1]))
 for radius, height in balls[1:]:
     form = form | levelset.shapes.Sphere(radius, center=(0.0, 0.0, height))
-tool = Tool(shape=form, shift=lambda t: (DEPTH + 0.25 * max(1 - t, 0) ** 2, 0.0, 0.0))
+tool = levelset.Tool(shape=form, shift=lambda t: (DEPTH + 0.25 * max(1 - t, 0) ** 2, 0.0, 0.0))
 
 grid = remesh.Grid((CELLS, CELLS, 2 * CELLS), 1 / CELLS, (-0.5 + 0.5 / CELLS,) * 2 + (-1.0,))
 spin = levelset.laws.Rotation(center=(0.0, 0.0, 0.0), rate=(0.0, 0.0, 2 * math.pi))
 lathe = levelset.ParticleLevelSet(grid=grid, velocity=spin, remeshing="never")
-turning = Cutting(carrier=lathe, tools=tool, largest_step=1 / STEPS)
+turning = levelset.Cutting(carrier=lathe, tools=tool, largest_step=1 / STEPS)
 
 states = [turning.start(bar)]
 for time in (0.5, 0.8, UNTIL):

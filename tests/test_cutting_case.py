@@ -52,7 +52,7 @@ def test_the_blade_leaves_two_pieces_and_nothing_is_remeshed(quick) -> None:
 def test_a_run_leaves_the_files_of_the_contract(quick) -> None:
     _, folder = quick
     assert json.loads((folder / "summary.json").read_text())["case"] == "cutting"
-    assert len(read_snapshots(folder)) == 5
+    assert len(read_snapshots(folder)) == 3
     for name in ("case.toml", "series.csv", "checkpoint.h5", "fields.vtkhdf"):
         assert (folder / name).stat().st_size > 0
     assert (folder / "figure.png").read_bytes().startswith(b"\x89PNG")

@@ -174,6 +174,6 @@ def bore(radius: float, cells: int) -> tuple[float, float]:
     ball = Tool(shape=Sphere(radius), shift=lambda t: (far + t * (half - depth - far), 0.0, 0.0))
     recipe = Cutting(carrier=still, tools=ball)
     state = recipe.start(Box((wide, wide, wide)))
-    for _ in range(4):
-        state = recipe.step(state, 0.25)
+    for _ in range(2):
+        state = recipe.step(state, 0.5)
     return state.removed, math.pi * radius**2 * depth + 2.0 / 3.0 * math.pi * radius**3
