@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-CHUNK = 32  # columns lifted together, packed: they stay in the cache between two steps
+CHUNK = 64  # columns lifted together, packed: they stay in the cache between two steps
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -59,16 +59,6 @@ def both(even, odd, width, predict, update, forward):
         lift(odd, even, width, one, predict)
 
 
-@njit(cache=True, nogil=True, inline="always")
-def place(n, even, odd, coarse, nodes):
-    """Which half node n belongs to and its number there; the last of a line with ends is kept."""
-    if n % 2 == 0:
-        return even, n // 2
-    if n // 2 < nodes - coarse:
-        return odd, n // 2
-    return even, coarse - 1
-
-
 @njit(cache=True, nogil=True)
 def across(first, pieces, step, coarse, values, predict, update, forward):
     """Lift along the middle axis of ``values`` (outer, nodes, inner), chunks of columns each."""
@@ -76,23 +66,28 @@ def across(first, pieces, step, coarse, values, predict, update, forward):
     chunks = -(-inner // CHUNK)
     even = np.empty(coarse * CHUNK, values.dtype)
     odd = np.empty((nodes - coarse) * CHUNK, values.dtype)
+    rest = 2 * (nodes - coarse)
     for piece in range(first, pieces, step):
+        part = values[piece // chunks]
         start = piece % chunks * CHUNK
-        part = values[piece // chunks, :, start : min(start + CHUNK, inner)]
-        width = part.shape[1]
+        width = min(CHUNK, inner - start)
         for n in range(nodes):
-            half, m = place(n, even, odd, coarse, nodes)
-            line = part[n]
-            packed = half[m * width : (m + 1) * width]
-            for i in range(width):
-                packed[i] = line[i]
+            if n < rest and n % 2:
+                for i in range(width):
+                    odd[n // 2 * width + i] = part[n, start + i]
+            else:
+                m = min(n, rest) // 2 + max(n - rest, 0)
+                for i in range(width):
+                    even[m * width + i] = part[n, start + i]
         both(even, odd, width, predict, update, forward)
         for n in range(nodes):
-            half, m = place(n, even, odd, coarse, nodes)
-            line = part[n]
-            packed = half[m * width : (m + 1) * width]
-            for i in range(width):
-                line[i] = packed[i]
+            if n < rest and n % 2:
+                for i in range(width):
+                    part[n, start + i] = odd[n // 2 * width + i]
+            else:
+                m = min(n, rest) // 2 + max(n - rest, 0)
+                for i in range(width):
+                    part[n, start + i] = even[m * width + i]
 
 
 @njit(cache=True, nogil=True)
