@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from levelset.solids import Dumbbell
-from pmesh.cases.dumbbell import DumbbellCase, neck_of, outline, zero_of
+from pmesh.cases.dumbbell import DumbbellCase, neck_of, zero_of
 from pmesh.cases.runner import run_case
 from remesh.errors import InputError
 
@@ -16,28 +15,6 @@ def test_a_zero_is_found_between_steps_to_high_order():
     assert zero_of(time[:2], np.array([-1.0, 3.0])) == pytest.approx(0.025)
     assert neck_of(np.array([-0.2, -0.1, 0.0, 0.1]), 0.5) == pytest.approx(1.0)
     assert neck_of(np.array([0.2, 0.3]), 0.5) == 0.0
-
-
-def test_the_outline_is_on_the_shape():
-    shape = Dumbbell(0.3, separation=1.0, bar=0.1, fillet=0.05)
-    line = outline(shape, 300)
-    assert line[0] == pytest.approx([0.0, 0.1])
-    assert line[-1] == pytest.approx([0.8, 0.0])
-    points = np.stack([line[:, 0], line[:, 1], 0 * line[:, 0]])
-    np.testing.assert_allclose(shape.distance(points), 0, atol=2e-5)
-
-
-def test_the_curve_is_converged_to_better_than_the_metrics_ask(monkeypatch):
-    from pmesh.cases import dumbbell
-
-    case = DumbbellCase(fillet=0.03)
-    fine = case.reference()
-    monkeypatch.setattr(dumbbell, "POINTS", 250)
-    dumbbell._reference.cache_clear()
-    coarse = case.reference()
-    dumbbell._reference.cache_clear()
-    assert coarse.pinch == pytest.approx(fine.pinch, rel=1e-3)
-    assert coarse.end == pytest.approx(fine.end, rel=1e-3)
 
 
 def test_a_short_run_pinches_off_in_the_middle_at_the_right_time(tmp_path):

@@ -6,13 +6,14 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelset.solids import Dumbbell
 from pmesh.cases.case import Case, Outcome
+from pmesh.cases.dumbbell_curve import CURVE, Reference, followed
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
 from pmesh.run.summary import Metric
@@ -22,46 +23,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from pmesh.cases.revolution import Shrinking
     from pmesh.run.protocols import Moment, Watcher
     from pmesh.run.series import Series
 
 Values = NDArray[np.float64]
-CURVE = "the same surface of revolution followed as a curve, converged"
 MARGIN = 0.2  # from the dumbbell to the edges of the box [L]
-POINTS = 500  # of the curve
 STAGES = (0.0, 0.55, 1.12, 2.8)  # drawn, in times of the pinch
-
-
-class Reference(NamedTuple):
-    """The curve until it pinches, and one of the two drops from there on."""
-
-    before: Shrinking
-    after: Shrinking
-
-    @property
-    def pinch(self) -> float:
-        """When the neck is gone [T]."""
-        return self.before.end
-
-    @property
-    def end(self) -> float:
-        """When the drops are [T]."""
-        return self.before.end + self.after.end
-
-    @property
-    def volume(self) -> tuple[Values, Values]:
-        """Times and volumes of the whole, from the start to the end."""
-        time = np.concatenate([self.before.time, self.before.end + self.after.time])
-        volume = 2.0 * np.concatenate([self.before.volume, self.after.volume])
-        return np.append(time, self.end), np.append(volume, 0.0)
-
-    def curve(self, time: float) -> Values:
-        """The half with x > 0 at a time, points (n, 2); empty after the end."""
-        part, start = (self.before, 0.0) if time < self.pinch else (self.after, self.pinch)
-        if time > start + part.end:
-            return np.empty((0, 2))
-        return np.asarray(part.curves[int(np.abs(part.time - (time - start)).argmin())])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -159,7 +126,7 @@ class DumbbellCase(Case):
 
     def reference(self) -> Reference:
         """The curve of this dumbbell."""
-        return _reference(self.shape)
+        return followed(self.shape)
 
     @styled
     def draw(self, outcome: Outcome) -> Figure:
@@ -300,32 +267,6 @@ def _coarse(case: DumbbellCase) -> Series:
     series = dict(ledger.series)
     series |= {name: np.array([row[name] for row in rows]) for name in rows[0]}
     return series
-
-
-@lru_cache(maxsize=4)
-def _reference(shape: Dumbbell) -> Reference:
-    """The shape's outline on its way."""
-    from pmesh.cases.revolution import drop, shrink
-
-    before = shrink(outline(shape, POINTS), until=1e3 * shape.radius**2, mirrored=True)
-    after = shrink(drop(before.curves[-1]), until=1e3 * shape.radius**2, mirrored=False)
-    return Reference(before, after)
-
-
-def outline(shape: Dumbbell, count: int) -> Values:
-    """The outline with x > 0 and r > 0, from the bar's middle to the axis, evenly spaced."""
-    from pmesh.cases.revolution import spaced
-
-    half, middle = 0.5 * shape.separation, shape.bar + shape.fillet
-    reach = shape.radius + shape.fillet
-    foot = half - math.sqrt((reach - middle) * (reach + middle))
-    lean = math.atan2(middle, half - foot)
-    turn = np.linspace(-0.5 * np.pi, -lean, 200)
-    fillet = np.stack([foot + shape.fillet * np.cos(turn), middle + shape.fillet * np.sin(turn)], 1)
-    turn = np.linspace(np.pi - lean, 0.0, 4 * count)
-    ball = np.stack([half + shape.radius * np.cos(turn), shape.radius * np.sin(turn)], axis=1)
-    ball[-1, 1] = 0.0
-    return spaced(np.concatenate([[[0.0, shape.bar]], fillet, ball]), count)
 
 
 def _dots(panel: Axes, time: Values, values: Values, colour: str, label: str) -> None:
