@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from numba import njit
 
-from levelset import _interpolant
+from levelset import _closest, _interpolant
+from levelset._closest import beside
 from levelset._interpolant import four, weights
 from remesh.compiled import drop_stale
 
-drop_stale(__file__, _interpolant.__file__)
+drop_stale(__file__, _closest.__file__, _interpolant.__file__)
 
 
 @njit(cache=True, nogil=True)
@@ -82,13 +83,9 @@ def neighbours(nodes, marks, known, shape, wraps, inner, around):
             if shape[axis] == 1:
                 continue
             for way in (-1, 1):
-                i = spot[axis] + way
-                if not 0 <= i < shape[axis]:
-                    if not wraps[axis]:
-                        return -1
-                    i %= shape[axis]
+                i = beside(spot[axis], way, shape[axis], wraps[axis])
                 other = n + (i - spot[axis]) * strides[axis]
-                if not known[other]:
+                if i < 0 or not known[other]:
                     return -1
                 around[count, k] = other
                 k += 1

@@ -14,16 +14,13 @@ import math
 import numpy as np
 from numba import njit
 
+from levelset import _closest
+from levelset._closest import beside
+from remesh.compiled import drop_stale
+
+drop_stale(__file__, _closest.__file__)
+
 FLAT = 1e-150  # squared slopes below it have no direction
-
-
-@njit(cache=True, nogil=True, inline="always")
-def moved(i, k, n, wraps):
-    """The index k nodes on, -1 beyond an unbounded edge."""
-    j = i + k
-    if 0 <= j < n:
-        return j
-    return j % n if wraps else -1
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -62,9 +59,9 @@ def twist(flat, gaps, place, first, second, shape, wraps, f, ok):
     base = here - place[first] * strides[first] - place[second] * strides[second]
     all_known = True
     for a in range(5):
-        i = moved(place[first], a - 2, shape[first], wraps[first])
+        i = beside(place[first], a - 2, shape[first], wraps[first])
         for b in range(5):
-            j = moved(place[second], b - 2, shape[second], wraps[second])
+            j = beside(place[second], b - 2, shape[second], wraps[second])
             node = base + i * strides[first] + j * strides[second]
             ok[a, b] = i >= 0 and j >= 0 and not (gaps and flat[node] == 0.0)
             f[a, b] = flat[node] if ok[a, b] else 0.0
@@ -95,7 +92,7 @@ def jet(flat, gaps, place, shape, wraps, second, f, ok, g, gk, out):
         if shape[axis] == 1:
             continue
         for a in range(5):
-            i = moved(place[axis], a - 2, shape[axis], wraps[axis])
+            i = beside(place[axis], a - 2, shape[axis], wraps[axis])
             node = here + (i - place[axis]) * strides[axis]
             ok[a] = i >= 0 and not (gaps and flat[node] == 0.0)
             f[a] = flat[node] if ok[a] else 0.0
