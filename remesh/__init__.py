@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from remesh.kernels import KERNELS as KERNELS
     from remesh.kernels import Kernel as Kernel
     from remesh.mollifier import mollify as mollify
+    from remesh.multires.compression import Compressed as Compressed
+    from remesh.multires.compression import compress as compress
     from remesh.nodes import advect_nodes as advect_nodes
     from remesh.nodes import sample_nodes as sample_nodes
     from remesh.particles import Particles as Particles
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
 __all__ = [
     "KERNELS",
     "BlowUpError",
+    "Compressed",
     "Grid",
     "InputError",
     "Kernel",
@@ -38,6 +41,7 @@ __all__ = [
     "PmeshError",
     "StorageError",
     "advect_nodes",
+    "compress",
     "curl",
     "distortion",
     "divergence",
@@ -52,6 +56,8 @@ __all__ = [
 ]
 
 _HOME = {
+    "Compressed": "remesh.multires.compression",
+    "compress": "remesh.multires.compression",
     "BlowUpError": "remesh.errors",
     "InputError": "remesh.errors",
     "PmeshError": "remesh.errors",
