@@ -111,7 +111,8 @@ def slope(coefficients, axis):
             weight = u[i] * v[j]
             for k in range(a.shape[2] - z):
                 step = a[i + x, j + y, k + z] - a[i, j, k]
-                least, most = min(least, step), max(most, step)
+                least = step if step < least else least  # faster than min, which minds NaN
+                most = step if step > most else most
                 total += weight * w[k] * step
     return 3 * total, 3 * least, 3 * most
 

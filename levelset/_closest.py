@@ -15,6 +15,7 @@ from numba import njit
 
 from levelset import _foot, _interpolant, _kinks
 from levelset._foot import crossing, foot, kind_around
+from levelset._interpolant import beside
 from levelset._kinks import HELD
 from remesh.compiled import drop_stale
 
@@ -23,15 +24,6 @@ drop_stale(__file__, _foot.__file__, _interpolant.__file__, _kinks.__file__)
 NEARER = 1e-6  # node spacings; feet that are nearer by less are the same
 DOUBT = 0.4  # node spacings; so badly is a contour known beside a kink
 BESIDE = 2.5  # node spacings from the contour: what its interpolant is made of
-
-
-@njit(cache=True, nogil=True)
-def beside(index, step, size, wraps):
-    """The next node along an axis; -1 beyond an unbounded edge."""
-    other = index + step
-    if 0 <= other < size:
-        return other
-    return other % size if wraps and size > 1 else -1
 
 
 @njit(cache=True, nogil=True)

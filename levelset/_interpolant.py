@@ -27,6 +27,15 @@ KINK = 0.25  # a third difference so large beside the first ones is no longer sm
 
 
 @njit(cache=True, nogil=True)
+def beside(index, step, size, wraps):
+    """The node some steps on along an axis; -1 beyond an unbounded edge."""
+    other = index + step
+    if 0 <= other < size:
+        return other
+    return other % size if wraps and size > 1 else -1
+
+
+@njit(cache=True, nogil=True)
 def four(x, n, wraps):
     """The four nodes around x, where x is from the second of them, and how far beyond the edge."""
     if wraps:
@@ -107,14 +116,23 @@ def kind_at(kinds, cell, shift, u):
 
 
 @njit(cache=True, nogil=True)
+def kinds_at(kinds, cell, u, v, w):
+    """The same of a cell's three axes; of a plane's, the middle one says nothing."""
+    if kinds is None:
+        return 0, 0, 0
+    return (
+        kind_at(kinds, cell, KIND_X, u),
+        kind_at(kinds, cell, KIND_Y, v),
+        kind_at(kinds, cell, KIND_Z, w),
+    )
+
+
+@njit(cache=True, nogil=True)
 def gradient2(flat, shape, wraps, gaps, x, y, kinds=None):
     """Value and gradient per node spacing at a point of the plane."""
     a0, a1, a2, a3, u, over_x = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, over_y = four(y, shape[1], wraps[1])
-    ku = kv = 0
-    if kinds is not None:
-        cell = a1 * shape[1] + b1
-        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Z, v)
+    ku, _, kv = kinds_at(kinds, a1 * shape[1] + b1, u, 0.0, v)
     wu, du = weights(u, ku), slopes(u, ku)
     wv, dv = weights(v, kv), slopes(v, kv)
     p, px, py = 0.0, 0.0, 0.0
@@ -151,10 +169,7 @@ def hessian2(flat, shape, wraps, gaps, x, y, kinds=None):
     """Second derivatives xx, xy, yy per squared node spacing; zero where the cell is bilinear."""
     a0, a1, a2, a3, u, _ = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, _ = four(y, shape[1], wraps[1])
-    ku = kv = 0
-    if kinds is not None:
-        cell = a1 * shape[1] + b1
-        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Z, v)
+    ku, _, kv = kinds_at(kinds, a1 * shape[1] + b1, u, 0.0, v)
     wu, du, cu = weights(u, ku), slopes(u, ku), bends(u, ku)
     wv, dv, cv = weights(v, kv), slopes(v, kv), bends(v, kv)
     xx, xy, yy = 0.0, 0.0, 0.0
@@ -176,11 +191,7 @@ def gradient3(flat, shape, wraps, gaps, x, y, z, kinds=None):
     a0, a1, a2, a3, u, over_x = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, over_y = four(y, shape[1], wraps[1])
     c0, c1, c2, c3, w, over_z = four(z, shape[2], wraps[2])
-    ku = kv = kw = 0
-    if kinds is not None:
-        cell = (a1 * shape[1] + b1) * shape[2] + c1
-        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Y, v)
-        kw = kind_at(kinds, cell, KIND_Z, w)
+    ku, kv, kw = kinds_at(kinds, (a1 * shape[1] + b1) * shape[2] + c1, u, v, w)
     wu, du = weights(u, ku), slopes(u, ku)
     wv, dv = weights(v, kv), slopes(v, kv)
     ww, dw = weights(w, kw), slopes(w, kw)
@@ -233,11 +244,7 @@ def hessian3(flat, shape, wraps, gaps, x, y, z, kinds=None):
     a0, a1, a2, a3, u, _ = four(x, shape[0], wraps[0])
     b0, b1, b2, b3, v, _ = four(y, shape[1], wraps[1])
     c0, c1, c2, c3, w, _ = four(z, shape[2], wraps[2])
-    ku = kv = kw = 0
-    if kinds is not None:
-        cell = (a1 * shape[1] + b1) * shape[2] + c1
-        ku, kv = kind_at(kinds, cell, KIND_X, u), kind_at(kinds, cell, KIND_Y, v)
-        kw = kind_at(kinds, cell, KIND_Z, w)
+    ku, kv, kw = kinds_at(kinds, (a1 * shape[1] + b1) * shape[2] + c1, u, v, w)
     wu, du, cu = weights(u, ku), slopes(u, ku), bends(u, ku)
     wv, dv, cv = weights(v, kv), slopes(v, kv), bends(v, kv)
     ww, dw, cw = weights(w, kw), slopes(w, kw), bends(w, kw)

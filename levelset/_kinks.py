@@ -6,7 +6,7 @@ from __future__ import annotations
 from numba import njit
 
 from levelset import _interpolant
-from levelset._interpolant import KIND_X, KIND_Y, KIND_Z, KINK, kind_of
+from levelset._interpolant import KIND_X, KIND_Y, KIND_Z, KINK, beside, kind_of
 from remesh.compiled import drop_stale
 
 drop_stale(__file__, _interpolant.__file__)
@@ -19,13 +19,11 @@ LEAST, MOST = 0.9, 1.05  # slopes there: of all axes together at least, of any a
 @njit(cache=True, nogil=True)
 def around(low, size, wraps):
     """The nodes low - 1 to low + 2 of an axis; -1 beyond an unbounded edge."""
-    if wraps:
-        return (low - 1) % size, low % size, (low + 1) % size, (low + 2) % size
     return (
-        low - 1 if 1 <= low <= size else -1,
-        low if 0 <= low < size else -1,
-        low + 1 if -1 <= low < size - 1 else -1,
-        low + 2 if -2 <= low < size - 2 else -1,
+        beside(low, -1, size, wraps),
+        beside(low, 0, size, wraps),
+        beside(low, 1, size, wraps),
+        beside(low, 2, size, wraps),
     )
 
 

@@ -6,26 +6,24 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from levelset import _bernstein, _heights
+from levelset import _bernstein, _heights, _interpolant
 from levelset._bernstein import LINE, MATRICES, WITHOUT_FIRST, WITHOUT_LAST, along
 from levelset._heights import AREA, INSIDE, NOTHING, PIECES, TERMS, cut
+from levelset._interpolant import KINK, four
 from remesh.compiled import drop_stale
 
-drop_stale(__file__, _bernstein.__file__, _heights.__file__)
+drop_stale(__file__, _bernstein.__file__, _heights.__file__, _interpolant.__file__)
 
-KINK = 0.25  # a third difference so large beside the first ones is no longer smooth
 INNER = 0.1  # where the second differences at both ends of a cell compare so, the kink is in it
 
 
 @njit(cache=True, nogil=True)
-def four(i, n, wraps):
+def stencil(i, n, wraps):
     """The four nodes around cell i of an axis, and how far the cell is from the first."""
     if n == 1:
         return (0, 0, 0, 0), 0
-    if not wraps:
-        first = min(max(i - 1, 0), n - 4)
-        return (first, first + 1, first + 2, first + 3), i - first
-    return (i - 1 if i > 0 else n - 1, i, (i + 1) % n, (i + 2) % n), 1
+    a, b, c, d, u, _ = four(float(i), n, wraps)
+    return (a, b, c, d), 1 + int(u)
 
 
 @njit(cache=True, nogil=True)
@@ -35,9 +33,9 @@ def load(source, flat, shape, wraps, gaps, cell, nodal, ready):
     ``ready`` tells those set in ``flat``. Returns where the cell is along each axis from the first
     of the four, its row of ``MATRICES``; and how many are not set.
     """
-    rows, lead_i = four(cell[0], shape[0], wraps[0])
-    lines, lead_j = four(cell[1], shape[1], wraps[1])
-    places, lead_k = four(cell[2], shape[2], wraps[2])
+    rows, lead_i = stencil(cell[0], shape[0], wraps[0])
+    lines, lead_j = stencil(cell[1], shape[1], wraps[1])
+    places, lead_k = stencil(cell[2], shape[2], wraps[2])
     deep = nodal.shape[2]
     missing = 0
     for a in range(4):
@@ -124,9 +122,10 @@ def crossable(nodal, leads):
                 this = nodal[a, b, c]
                 below |= this < 0
                 above |= this > 0
-                most = max(most, abs(this))
-                if core and (deep == 1 or 0 <= c - leads[2] <= 1):
-                    least = min(least, abs(this))
+                size = abs(this)
+                most = size if size > most else most
+                if size < least and core and (deep == 1 or 0 <= c - leads[2] <= 1):
+                    least = size
     return (below and above) or least < 0.4 * most or least == 0
 
 
@@ -188,7 +187,7 @@ def corners(flat, shape, gaps, cell):
                 this = flat[row + (beyond if c else cell[2])]
                 below += this < 0
                 known += this != 0.0 or not gaps
-                least = min(least, abs(this))
+                least = abs(this) if abs(this) < least else least
     return below, known, least
 
 

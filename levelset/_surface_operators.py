@@ -14,11 +14,11 @@ import math
 import numpy as np
 from numba import njit
 
-from levelset import _closest
-from levelset._closest import beside
+from levelset import _interpolant
+from levelset._interpolant import beside
 from remesh.compiled import drop_stale
 
-drop_stale(__file__, _closest.__file__)
+drop_stale(__file__, _interpolant.__file__)
 
 FLAT = 1e-150  # squared slopes below it have no direction
 

@@ -12,7 +12,7 @@ from levelset.band import Band
 from levelset.nodal import check_width, laid_out
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.layout import PIECES
+from remesh.layout import split
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -77,7 +77,7 @@ class Front:
         from levelset import _closest, _kinks
 
         count = len(known) if self.gaps else self.grid.size
-        rows, pieces = pieces_of(count)
+        rows, pieces = split(count, LEAST)
         found = np.empty(count, np.int64)
         counts = np.zeros(pieces, np.int64)
         share(
@@ -99,7 +99,7 @@ class Front:
         self.slot = np.zeros(self.grid.size, np.int32)
         self.slot[first] = np.arange(1, self.count + 1, dtype=np.int32)
         self.kinds = np.zeros(self.grid.size, np.uint8)
-        rows, pieces = pieces_of(self.count)
+        rows, pieces = split(self.count, LEAST)
         share(
             _kinks.find_kinks, pieces, self.threads, rows, self.flat, self.shape, self.wraps,
             self.gaps, self.grid.spacing, first, self.kinds,
@@ -127,7 +127,7 @@ class Front:
             self.flat, self.shape, self.wraps, self.gaps, confined, reach, self.slot, self._nodes,
             self._inside, self._away, start, stop,
         )  # fmt: skip
-        rows, pieces = pieces_of(self.count - stop)
+        rows, pieces = split(self.count - stop, LEAST)
         share(
             _closest.land_ring, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
             self.wraps, self.gaps, self.slot, self._nodes, self._feet, self._away, stop, self.count,
@@ -143,7 +143,7 @@ class Front:
         marks = np.zeros(self.count, np.uint8)
         for _ in range(PASSES):
             fresh = np.empty((len(asked), 4))
-            rows, pieces = pieces_of(len(asked))
+            rows, pieces = split(len(asked), LEAST)
             share(
                 _closest.improve, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
                 self.wraps, self.gaps, self.slot, nodes, feet, away, asked, fresh,
@@ -158,7 +158,7 @@ class Front:
         """Leave distances that were given where the contour, at a kink, is known no better."""
         from levelset import _closest
 
-        rows, pieces = pieces_of(self.count)
+        rows, pieces = split(self.count, LEAST)
         share(
             _closest.keep, pieces, self.threads, rows, self.flat, self.kinds, self.shape,
             self.wraps, self.gaps, self.grid.spacing, self.nodes, self._feet, self._away,
@@ -197,9 +197,3 @@ class Front:
         cells = np.stack(np.unravel_index(self._nodes[places], self.grid.shape), axis=1)
         offsets = self._feet[places][:, axes]
         return np.asarray(self.grid.origin + self.grid.spacing * (cells + offsets))
-
-
-def pieces_of(count: int) -> tuple[int, int]:
-    """Size and number of the pieces of so many nodes."""
-    size = max(LEAST, -(-count // PIECES))
-    return size, -(-count // size)

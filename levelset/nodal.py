@@ -79,7 +79,9 @@ def on_mesh(
             )
         return np.asarray(phi.values), phi.grid, phi.nodes
     if grid is None:
-        raise InputError("a level set on all nodes needs its grid", hint="contours(phi, grid)")
+        raise InputError(
+            "a level set on all nodes needs its grid", hint="a grid beside phi, or a Band"
+        )
     return np.asarray(phi), grid, nodes
 
 

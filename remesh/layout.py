@@ -54,9 +54,9 @@ def tables(kernel: str | Kernel, grid: Grid, dtype: np.dtype[Any]) -> tuple[Any,
     return scale, coeffs.ravel(), taps, taps if grid.ndim == 3 else (0,), (0,) * coeffs.shape[2]
 
 
-def split(count: int) -> tuple[int, int]:
-    """Size and number of the pieces of so many rows, particles or points."""
-    size = max(1, -(-count // PIECES))
+def split(count: int, least: int = 1) -> tuple[int, int]:
+    """Size, ``least`` or more, and number of the pieces of so many rows, particles or points."""
+    size = max(least, -(-count // PIECES))
     return size, -(-count // size)
 
 

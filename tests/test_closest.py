@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from levelset.band import Band
 from levelset.closest import closest_points
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -76,6 +77,8 @@ def test_without_a_width_a_band_is_answered_at_its_own_nodes():
     nodes = np.flatnonzero(np.abs(distance) < 3.5 * grid.spacing)
     found = closest_points(phi.reshape(-1)[nodes], grid, nodes=nodes)
     np.testing.assert_array_equal(found.nodes, nodes)
+    again = closest_points(Band(grid, nodes, phi.reshape(-1)[nodes]))
+    np.testing.assert_array_equal(again.points, found.points)
 
 
 @pytest.mark.parametrize("ndim", [2, 3])

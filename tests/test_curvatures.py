@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from levelset.band import Band
 from levelset.closest import closest_points
 from levelset.curvatures import curvature, normal
 from levelset.shapes import Disk, Sphere
@@ -148,6 +149,11 @@ def test_a_band_has_the_same_values_where_its_neighbours_are_in_it(dtype, ndim):
     np.testing.assert_array_equal(mean[deep], dense.reshape(-1)[nodes][deep])
     banded = normal(phi.reshape(-1)[nodes], grid, nodes=nodes)
     assert banded.shape == (ndim, len(nodes))
+    band = Band(grid, nodes, phi.reshape(-1)[nodes])
+    np.testing.assert_array_equal(normal(band), banded)
+    np.testing.assert_array_equal(curvature(band), mean)
+    on_contour = curvature(phi, grid, nodes=nodes, at="contour")
+    np.testing.assert_array_equal(curvature(band, at="contour"), on_contour)
     whole = normal(phi, grid).reshape(ndim, -1)[:, nodes]
     np.testing.assert_array_equal(banded[:, deep], whole[:, deep])
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from levelset.band import Band
 from levelset.closest import closest_points
 from levelset.extension import extend, values_at
 from levelset.shapes import Disk, Sphere
@@ -54,6 +55,8 @@ def test_a_band_is_enough(dtype, ndim):
     short = extend(unset[nodes], phi.reshape(-1)[nodes], grid, nodes=nodes)
     assert banded.dtype == dtype
     np.testing.assert_array_equal(banded, short)
+    band = Band(grid, nodes, phi.reshape(-1)[nodes])
+    np.testing.assert_array_equal(extend(unset[nodes], band), short)
     np.testing.assert_allclose(banded, whole, atol=1e-5)
 
 

@@ -241,7 +241,9 @@ def test_a_band_can_go_on_from_itself():
     distance = _ball(grid.points())
     band = Band(grid, np.flatnonzero(np.abs(distance) < 3 * h), distance[np.abs(distance) < 3 * h])
     for _ in range(10):
-        band = redistance_band(band.values, grid, band.nodes, 3 * h)
+        again = redistance_band(band.values, grid, band.nodes, 3 * h)
+        band = redistance_band(band, width=3 * h)
+        np.testing.assert_array_equal(again.values, band.values)
     exact = distance.reshape(-1)[band.nodes]
     assert np.abs(band.values - exact).max() < 2e-3 * h
 
@@ -276,6 +278,9 @@ def test_what_cannot_be_redistanced_is_refused():
         (lambda: redistance(phi, grid, width=-1.0), "positive length"),
         (lambda: redistance(phi, grid, method="magic"), "closest-point"),
         (lambda: redistance_band(phi, grid, nodes, np.nan), "positive length"),
+        (lambda: redistance_band(phi, grid, nodes), "a band needs a width"),
+        (lambda: redistance_band(phi + 0j, grid, nodes, 1.0), "real numbers"),
+        (lambda: redistance(phi + 0j, grid), "real numbers"),
         (lambda: redistance_band(phi + 9, grid, nodes, 1.0), "no interface"),
     ]
     for call, told in cases:
