@@ -116,22 +116,21 @@ class CuttingCase(Case):
 
     @styled
     def draw(self, outcome: Outcome) -> Figure:
-        """The organ at four times, the account of its volume, and the cuts in a section."""
+        """The organ at up to four times, the account of its volume, and the cuts in a section."""
         from matplotlib.figure import Figure
 
         end = outcome.state.time
         figure = Figure(figsize=(11.0, 6.1), layout="constrained")
         rows: Any = figure.subfigures(2, 1, height_ratios=(1.2, 1.0))
-        stages = rows[0].subplots(1, 4)
         shots = outcome.stages([0.2 * end, 0.5 * end, 0.75 * end, end])
-        for panel, shot in zip(stages, shots, strict=False):
+        stages = rows[0].subplots(1, len(shots), squeeze=False)[0]
+        for panel, shot in zip(stages, shots, strict=True):
             self._portrait(panel, shot)
-        for panel in stages[len(shots) :]:
-            panel.set_visible(False)
         panels = rows[1].subplots(1, 3, width_ratios=(1.0, 1.0, 1.15))
         steps = outcome.series["time"][1:]
-        count = min(TIMES, 1 + len(steps) // 4)  # one costs as much as some steps
-        times = steps[np.unique(np.linspace(0, len(steps) - 1, count).round().astype(int))]
+        count = min(TIMES, max(1, len(steps) // 4))  # one costs as much as some steps
+        chosen = np.linspace(len(steps) - 1, 0, count, endpoint=False)[::-1]
+        times = steps[chosen.round().astype(int)]
         swept = self.removed(times)
         self._account(panels[0], outcome.series, times, swept)
         self._error(panels[1], outcome.series, times, swept)
