@@ -10,12 +10,11 @@ from __future__ import annotations
 
 from numba import njit
 
-from levelset import _closest, _interpolant
-from levelset._interpolant import beside
-from levelset._interpolant import four, weights
+from levelset import _interpolant
+from levelset._interpolant import beside, four, weights
 from remesh.compiled import drop_stale
 
-drop_stale(__file__, _interpolant.__file__, _interpolant.__file__)
+drop_stale(__file__, _interpolant.__file__)
 
 
 @njit(cache=True, nogil=True)
