@@ -16,7 +16,6 @@ from numba import njit
 
 from levelset import _interpolant
 from levelset._interpolant import beside
-from levelset._interpolant import beside
 from remesh.compiled import drop_stale
 
 drop_stale(__file__, _interpolant.__file__)
