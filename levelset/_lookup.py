@@ -433,11 +433,17 @@ def neighbours(node, shape, periodic, diagonal, out):
 
 
 @njit(cache=True, nogil=True)
-def select(nodes, level, bound, core):
-    """Nodes where the level set is within a bound, into ``core``; returns how many."""
+def select(nodes, level, marks, bound, shape, periodic, core):
+    """Nodes within a bound, or inside beside one outside, into ``core``; returns how many."""
+    near = np.empty(27, np.int64)
     count = 0
     for k in range(nodes.size):
-        if abs(level[nodes[k]]) < bound:
+        value = level[nodes[k]]
+        taken = abs(value) < bound
+        if value <= -bound:  # a level set may be steep enough to change side from node to node
+            for n in range(neighbours(nodes[k], shape, periodic, False, near)):
+                taken |= marks[near[n]] != 0 and level[near[n]] >= 0
+        if taken:
             core[count] = nodes[k]
             count += 1
     return count

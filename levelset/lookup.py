@@ -179,7 +179,8 @@ def around(
     """
     shape, wraps = _three(grid)
     core = np.empty(len(nodes), np.int64)
-    count = _lookup.select(nodes, field, CORE * LEVEL * width, core)
+    bound = CORE * LEVEL * width
+    count = _lookup.select(nodes, field, marks, bound, shape, wraps, core)
     layers = math.ceil((OUTER - INNER) * width / grid.spacing) + more
     room = min(grid.size, 4 * len(nodes) + 1024)
     while True:

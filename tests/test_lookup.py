@@ -167,3 +167,13 @@ def test_nodes_ascend_and_hold_the_interface_with_all_its_neighbours():
 def test_particles_that_have_crossed_are_refused():
     with pytest.raises(InputError, match="particles have crossed each other in"):
         carried(Disk(1.0), PLANE, lambda at: at * np.array([-1.0, 1.0]))
+
+
+def test_a_level_set_that_changes_side_from_node_to_node_stays_in_the_band():
+    """Filaments are squeezed until both neighbours of the contour are level."""
+    nodes = np.arange(PLANE.size)
+    at = places(PLANE, nodes)
+    values = np.where(Disk(1.0).distance(at.T) < 0, -LEVEL, LEVEL) * WIDTHS[2]
+    band = remeshed(PLANE, nodes, at.copy(), values, "M6'", WIDTHS[2])
+    inside = Disk(1.0).distance(at.T) < 0
+    np.testing.assert_array_equal(band.filled(LEVEL * WIDTHS[2]).ravel() < 0, inside)

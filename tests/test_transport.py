@@ -470,3 +470,22 @@ def test_an_interface_that_has_shrunk_to_nothing_is_carried_on_as_nothing():
     assert flow.ledger(end)["volume"] == 0.0
     assert end.size == 0
     assert (flow.fields(end)["level_set"] > 0).all()
+
+
+@pytest.mark.parametrize("boundary", ["periodic", "unbounded"])
+def test_a_drop_torn_by_taylor_green_vortices_keeps_its_area_where_it_is_thinner_than_a_cell(
+    boundary,
+):
+    def cells(time: float, at: np.ndarray) -> np.ndarray:
+        x, y = 2 * np.pi * at.T
+        return np.stack([np.sin(x) * np.cos(y), -np.cos(x) * np.sin(y)], axis=1)
+
+    if boundary == "periodic":
+        grid = Grid((64, 64), 1 / 64, boundary="periodic")
+    else:
+        grid = Grid((193, 193), 1 / 64, (-1.0, -1.0))
+    flow = ParticleLevelSet(grid=grid, velocity=cells)
+    ledger = pmesh.Ledger()
+    pmesh.run(flow, flow.start(Disk(0.15, center=(0.3, 0.4))), until=1.0, watch=[ledger])
+    areas = ledger.series["volume"] / (math.pi * 0.15**2)
+    assert np.abs(areas - 1).max() < 0.15
