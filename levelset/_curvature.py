@@ -8,11 +8,11 @@ import math
 import numpy as np
 from numba import njit
 
-from levelset import _surface_operators
+from levelset import _interpolant, _surface_operators
 from levelset._surface_operators import FLAT, across, jet, scratch
 from remesh.compiled import drop_stale
 
-drop_stale(__file__, _surface_operators.__file__)
+drop_stale(__file__, _interpolant.__file__, _surface_operators.__file__)
 
 
 @njit(cache=True, nogil=True)

@@ -14,7 +14,7 @@ from levelset.band import Band
 from levelset.interface import Interface
 from levelset.lookup import Lattice, around, places, remeshed
 from levelset.profile import LEVEL, distance_of, profile
-from levelset.quadrature import volume
+from levelset.quadrature import measures
 from levelset.redistancing import redistance, redistance_band
 from levelset.sampled import Sampled
 from levelset.seams import across_seams, image_distance
@@ -208,17 +208,17 @@ class ParticleLevelSet:
         return tightest(Limit(dt, "deformation"), Limit(self.largest_step, "largest_step"))
 
     def ledger(self, state: Interface) -> Mapping[str, float]:
-        """Volume inside, and how many particles and remeshings it took.
+        """Volume inside, area of the surface, and how many particles and remeshings it took.
 
-        The volume is NaN where particles that were not remeshed have left holes between them.
+        Volume and area are NaN where particles not remeshed have left holes between them.
         """
         try:
-            band = self.band(state)
-            inside = volume(band.values, self.grid, nodes=band.nodes, threads=self.threads)
+            inside, surface, _ = measures(self.band(state), threads=self.threads)
         except InputError:
-            inside = math.nan
+            inside = surface = math.nan
         return {
             "volume": inside,
+            "surface": surface,
             "particles": float(state.size),
             "remeshings": float(state.remeshings),
         }

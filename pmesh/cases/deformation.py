@@ -23,7 +23,7 @@ from remesh.grid import Grid
 from remesh.paths import get_scheme, travel
 
 if TYPE_CHECKING:
-    from pmesh.run.protocols import Moment, Watcher
+    from pmesh.run.protocols import Watcher
     from pmesh.run.snapshots import Snapshot
 
 Values = NDArray[np.float64]
@@ -106,10 +106,10 @@ class ReversedCase(Case):
         return flow, flow.start(self.shape)
 
     def watchers(self) -> Sequence[Watcher]:
-        """The ledger, the area of the surface, and snapshots."""
+        """The ledger, in it the area of the surface, and snapshots."""
         from pmesh.run.snapshots import Snapshots
 
-        return [*super().watchers(), watch_surface, Snapshots(self.every, dtype="float32")]
+        return [*super().watchers(), Snapshots(self.every, dtype="float32")]
 
     def at(self, outcome: Outcome, name: str, time: float) -> float | None:
         """A column of the series at a time; None if the run did not reach it."""
@@ -160,14 +160,6 @@ class ReversedCase(Case):
             if math.isclose(shot.time, 0.5 * self.period, rel_tol=1e-9):
                 return shot
         return None
-
-
-def watch_surface(moment: Moment) -> dict[str, float]:
-    """Watcher: length or area of the interface."""
-    from levelset.quadrature import area
-
-    band = moment.flow.band(moment.state)
-    return {"surface": area(band.values, band.grid, nodes=band.nodes)}
 
 
 @lru_cache(maxsize=8)
