@@ -13,7 +13,7 @@ import numpy as np
 
 from levelset.curvatures import curvature, normal
 from levelset.extension import extend
-from levelset.quadrature import area, volume
+from levelset.quadrature import measures
 from levelset.shapes import Disk, Sphere
 from remesh.grid import Grid
 
@@ -40,8 +40,7 @@ for ndim, counts in MESHES.items():
         nodes = np.flatnonzero(np.abs(phi) < 4 * grid.spacing)
         known = phi.reshape(-1)[nodes].copy()
         laws: dict[str, Callable[[], object]] = {
-            "volume": lambda v=known, g=grid, m=nodes: volume(v, g, nodes=m, threads=1),
-            "area": lambda v=known, g=grid, m=nodes: area(v, g, nodes=m, threads=1),
+            "measures": lambda v=known, g=grid, m=nodes: measures(v, g, nodes=m, threads=1),
             "normal": lambda v=known, g=grid, m=nodes: normal(v, g, nodes=m, threads=1),
             "curvature": lambda v=known, g=grid, m=nodes: curvature(v, g, nodes=m, threads=1),
             "extend": lambda v=known, g=grid, m=nodes: extend(v, v, g, nodes=m, threads=1),
