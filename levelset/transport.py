@@ -53,7 +53,7 @@ class ParticleLevelSet:
     width: float = 6.0  # half width of the band, in spacings
     remeshing: Literal["always", "distorted", "never"] | int = "always"  # or every so many steps
     distortion: float = 0.5  # largest |ln stretch| of the particles' lattice, for "distorted"
-    deformation: float = 0.5  # largest dt * max|grad u| of a substep
+    deformation: float = 0.25  # largest dt * max|grad u| of a substep
     largest_step: float = math.inf  # upper bound of dt [T]
     redistancing: int | None = None  # remeshings from one redistancing to the next
     threads: int | None = field(default=None, compare=False)
@@ -64,9 +64,11 @@ class ParticleLevelSet:
         get_scheme(self.time_scheme)
         if not isinstance(self.grid, Grid):
             raise InputError(f"grid must be a Grid, got {self.grid!r}", hint="remesh.Grid(...)")
-        if not callable(self.velocity):
+        axes = getattr(self.velocity, "ndim", self.grid.ndim)
+        if not callable(self.velocity) or axes != self.grid.ndim:
             raise InputError(
-                f"velocity must be a law u(time, positions), got {self.velocity!r}",
+                f"velocity must be a law u(time, positions) of {self.grid.ndim} dimensions, got "
+                f"{self.velocity!r:.60}",
                 hint="levelset.laws.SingleVortex(period=8.0)",
             )
         for name in ("width", "distortion", "deformation"):
@@ -77,15 +79,17 @@ class ParticleLevelSet:
             raise InputError(
                 f"largest_step must be positive, got {self.largest_step}", hint="largest_step=0.1"
             )
-        if self.width < 2:
-            raise InputError(
-                f"width must be at least 2 spacings, got {self.width}", hint="width=6.0"
-            )
         words = ("always", "distorted", "never")
         if self.remeshing not in words and not _counts(self.remeshing):
             raise InputError(
                 f"remeshing must be one of {words} or a number of steps, got {self.remeshing!r}",
                 hint="remeshing='always'",
+            )
+        least = 2 if self.remeshing == "never" else get_kernel(self.kernel).half_width
+        if self.width < least:
+            raise InputError(
+                f"width must be at least {least} spacings, what the kernel reads, got {self.width}",
+                hint="width=6.0",
             )
         for name in ("substeps", "redistancing"):
             value = getattr(self, name)
@@ -188,8 +192,12 @@ class ParticleLevelSet:
         return reconstruct(positions, distances, places, width, degree=degree, threads=self.threads)
 
     def shape(self, state: Interface) -> Sampled:
-        """The interface as a shape: a body for a flow, a tool to cut with, something to measure."""
-        return Sampled(self.distance(state).filled(self.reach), self.grid)
+        """The interface as a shape: a body for a flow, a tool to cut with, something to measure.
+
+        Its distance is known on the whole mesh. Refuses one that lies across a periodic seam.
+        """
+        field = self.band(state).filled(LEVEL * self.reach)
+        return Sampled(redistance(field, self.grid, threads=self.threads), self.grid)
 
     def limit(self, state: Interface) -> Limit:
         """The step in which the velocity gradient deforms the particles' lattice as allowed.
@@ -234,11 +242,13 @@ class ParticleLevelSet:
     def velocities(self, time: float, positions: Array) -> Array:
         """The velocity at positions (n, ndim) [L/T], checked: of their shape, and finite."""
         found = np.asarray(self.velocity(time, positions))
-        if found.shape != positions.shape:
+        if found.shape != positions.shape or found.dtype.kind not in "fiu":
             raise InputError(
-                f"velocity must return shape {positions.shape}, got {found.shape}",
-                hint="one row of components per particle",
+                f"velocity must return real numbers of shape {positions.shape}, got {found.dtype} "
+                f"of shape {found.shape}",
+                hint="u(time, positions): one row of components per particle",
             )
+        found = found.astype(np.float64, copy=False)
         if not np.isfinite(found).all():
             raise InputError(
                 f"velocity is not finite at t = {time:g} for {(~np.isfinite(found)).any(1).sum()} "
@@ -287,19 +297,25 @@ class ParticleLevelSet:
         """Refuse what has no interface in the box, or one that touches the box's edge."""
         if not np.isfinite(distance).all():
             raise InputError("the distance is not finite everywhere", hint="check the shape")
+        h = self.grid.spacing
         if not (distance < 0).any():
             raise InputError(
                 "no node lies inside the shape: the interface is empty",
-                hint="a shape inside the grid's box, larger than a spacing",
+                hint=f"a shape inside the box from {self.grid.origin}, {self.grid.length} long, "
+                "larger than a spacing, negative inside",
             )
+        if distance.min() > -0.5 * h:
+            raise InputError(
+                f"the shape is {-2 * distance.min() / h:.2g} spacings thick: the mesh does not "
+                "see it", hint="a finer mesh",
+            )  # fmt: skip
         for axis in range(self.grid.ndim):
-            if self.grid.periodic[axis]:
-                continue
             ends = np.take(distance, [0, -1], axis=axis)
-            if (ends < EDGE * self.grid.spacing).any():
+            if not self.grid.periodic[axis] and (ends < EDGE * h).any():
                 raise InputError(
-                    f"the shape reaches out of the grid's box along axis {axis}",
-                    hint=f"a larger box, or a shape {EDGE} spacings away from its edge",
+                    f"the shape comes within {EDGE} spacings ({EDGE * h:.3g}) of the end of the "
+                    f"box along axis {axis}",
+                    hint="a larger box, or a finer mesh; phi is negative inside",
                 )
 
 

@@ -39,11 +39,11 @@ SCHEMES: dict[str, Scheme] = {
 }  # fmt: skip
 
 
-def get_scheme(name: str) -> Scheme:
-    """The scheme of this name; refuses others."""
+def get_scheme(name: str, option: str = "time_scheme") -> Scheme:
+    """The scheme of this name; refuses others, by the name of the option it was given as."""
     if name not in SCHEMES:
         raise InputError(
-            f"scheme must be one of {', '.join(SCHEMES)}, got {name!r}", hint="scheme='RK4'"
+            f"{option} must be one of {', '.join(SCHEMES)}, got {name!r}", hint=f"{option}='RK4'"
         )
     return SCHEMES[name]
 

@@ -74,5 +74,5 @@ def test_a_step_back_undoes_a_step_to_the_order_of_the_scheme():
 
 
 def test_a_scheme_that_is_not_there_is_refused_by_name():
-    with pytest.raises(InputError, match="scheme must be one of RK2, RK3, RK4, got 'Euler'"):
+    with pytest.raises(InputError, match="time_scheme must be one of RK2, RK3, RK4, got 'Euler'"):
         get_scheme("Euler")
