@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -53,8 +56,12 @@ class TriangleMesh(Shape):
 
         ``scale``: [L] per unit of the file. Vertices at the same place become one, with ``merge``
         > 0 also those that many units of the file apart or less; triangles that lose a corner by
-        that are dropped. Refuses files that cannot be read, and what `TriangleMesh` refuses.
+        that are dropped. Refuses files that cannot be read or hold no triangles, a scale that is
+        not positive, and what `TriangleMesh` refuses.
         """
+        if not 0.0 < scale < math.inf:
+            raise InputError(f"scale must be positive, got {scale:g}",
+                             hint="scale=0.001 for a file in millimetres")  # fmt: skip
         vertices, faces = _read(Path(path), merge)
         try:
             return cls(scale * vertices, faces)
@@ -188,12 +195,30 @@ def _read(path: Path, merge: float) -> tuple[Values, Indices]:
     import pyvista
 
     try:
-        surface: Any = pyvista.read(path).triangulate()
+        with _quiet():
+            surface: Any = pyvista.read(path).triangulate()
         vertices = np.asarray(surface.points, np.float64)
         faces = np.asarray(surface.regular_faces, np.int64).reshape(-1, 3)
     except (OSError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         raise InputError(f"cannot read {path}: {error}", hint="a surface of triangles") from error
+    if not len(faces):
+        raise InputError(f"{path} holds no triangles", hint="a surface as STL, OBJ or PLY")
     return merged(vertices, faces, merge)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """VTK says nothing inside: what it could not read is refused in our own words."""
+    import pyvista
+    from vtkmodules.vtkCommonCore import vtkObject
+
+    shown = vtkObject.GetGlobalWarningDisplay()
+    vtkObject.GlobalWarningDisplayOff()
+    try:
+        with pyvista.vtk_verbosity("off"):
+            yield
+    finally:
+        vtkObject.SetGlobalWarningDisplay(shown)
 
 
 def merged(vertices: ArrayLike, faces: ArrayLike, tolerance: float) -> tuple[Values, Indices]:

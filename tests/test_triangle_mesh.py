@@ -230,14 +230,34 @@ def test_slivers_without_a_third_corner_are_dropped_on_reading():
         ("none.stl", None, "no such file"),
         ("body.txt", "hello", "is not an STL, OBJ or PLY file"),
         ("open.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\n", "open.obj"),
-        ("empty.obj", "v 0 0 0\n", "empty.obj"),
+        ("empty.obj", "v 0 0 0\n", r"empty\.obj holds no triangles"),
+        ("junk.stl", "no mesh\n" * 30, r"junk\.stl holds no triangles"),
+        ("junk.ply", "no mesh\n" * 30, r"junk\.ply holds no triangles"),
     ],
 )
-def test_files_without_a_solid_are_refused_by_name(tmp_path, name, text, said):
+def test_files_without_a_solid_are_refused_by_name_in_our_words_only(
+    tmp_path, name, text, said, capfd, caplog
+):
+    from vtkmodules.vtkCommonCore import vtkObject
+
     if text is not None:
         (tmp_path / name).write_text(text)
+    shown = vtkObject.GetGlobalWarningDisplay()
     with pytest.raises(InputError, match=said):
         TriangleMesh.from_file(tmp_path / name)
+    assert capfd.readouterr() == ("", "")
+    assert not caplog.records
+    assert vtkObject.GetGlobalWarningDisplay() == shown
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, math.nan, math.inf])
+def test_a_scale_that_is_not_positive_is_refused(tmp_path, scale):
+    import pyvista
+
+    path = tmp_path / "box.stl"
+    pyvista.PolyData.from_regular_faces(CORNERS, FACES).save(path)
+    with pytest.raises(InputError, match="scale must be positive"):
+        TriangleMesh.from_file(path, scale=scale)
 
 
 def test_an_open_file_says_how_many_edges_are_open(tmp_path):
