@@ -89,7 +89,7 @@ def test_a_round_interface_about_a_steady_vortex_stays() -> None:
 
 
 def test_the_flow_does_not_feel_the_interface() -> None:
-    _, start, end = carried(0.1)
+    _, start, end = carried(0.1, deformation=0.5)
     alone = pmesh.run(flow(), start.flow, until=0.8, dt=0.1)
     assert np.array_equal(end.flow.vorticity, alone.vorticity)
     assert end.size == alone.size + end.interface.size
@@ -149,6 +149,22 @@ def test_a_history_of_snapshots_carries_as_the_flow_itself(tmp_path) -> None:
         end = level_set.step(end, 0.1)
     exact = exact_paths(start.positions, 0.8)
     assert np.abs(end.positions - exact).max() < 2e-3
+
+
+def test_band_distance_and_shape_are_those_of_the_interface_in_it() -> None:
+    recipe, _, end = carried(0.1, remeshing="always")
+    band, distance = recipe.band(end), recipe.distance(end)
+    level_set = recipe.fields(end)["level_set"]
+    assert np.array_equal(band.values, level_set.ravel()[band.nodes])
+    shape = recipe.shape(end)
+    near = np.abs(distance.values) < 2 * OWN.spacing
+    there = OWN.points().reshape(2, -1)[:, distance.nodes[near]]
+    assert shape.distance(there) == pytest.approx(distance.values[near], abs=0.01 * OWN.spacing)
+
+
+def test_options_go_to_the_interface() -> None:
+    recipe = Carrier(flow=flow(), options={"remeshing": "distorted", "kernel": "M8'"})
+    assert (recipe.level_set.remeshing, recipe.level_set.kernel) == ("distorted", "M8'")
 
 
 def test_the_smaller_limit_rules() -> None:

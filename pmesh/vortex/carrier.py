@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from levelset.band import Band
 from levelset.interface import Interface
+from levelset.sampled import Sampled
 from levelset.shape import Shape
 from levelset.transport import ParticleLevelSet
 from pmesh.vortex.flow import VortexFlow
@@ -47,15 +49,21 @@ class Carrier:
     In each step the flow goes ahead; the interface's particles follow in its velocity, which is
     straight in time between the step's ends and interpolated in space: second order in dt, of the
     kernel's order in the flow's spacing. The interface has a mesh of its own, that of the flow's
-    start if none is given; ``options`` are those of `levelset.ParticleLevelSet`. A body in the flow
-    carries an interface inside it as it moves itself. Refuses a 3-D flow, and an interface that
-    leaves the flow's mesh, where no velocity is known. Cost: that of the flow, of a velocity solve
-    at both ends of a step, and of the interface.
+    start if none is given. ``options`` are those of `levelset.ParticleLevelSet`, all but its grid
+    and velocity; ``remeshing`` is every step by default, and one that only turns needs none:
+
+        dye = Carrier(flow=flow, grid=fine, options={"remeshing": "distorted", "kernel": "M8'"})
+        state = pmesh.run(dye, dye.start(Disk(0.2), vorticity=vorticity), until=2.0)
+        body = dye.shape(state)
+
+    A body in the flow carries an interface inside it as it moves itself. Refuses a 3-D flow, and an
+    interface that leaves the flow's mesh, where no velocity is known. Cost: that of the flow, of a
+    velocity solve at both ends of a step, and of the interface.
     """
 
     flow: VortexFlow
     grid: Grid | None = None  # of the interface
-    options: Mapping[str, Any] = field(default_factory=dict)
+    options: Mapping[str, Any] = field(default_factory=dict)  # of the interface, as above
 
     def __post_init__(self) -> None:
         """Refuse what is not a flow or a grid, and options that no interface has."""
@@ -121,6 +129,18 @@ class Carrier:
             **self.flow.ledger(state.flow),
             **{f"interface_{name}": value for name, value in own.items()},
         }
+
+    def band(self, state: Carriage) -> Band:
+        """The level set on the nodes near the interface: see `ParticleLevelSet.band`."""
+        return self.level_set.band(state.interface)
+
+    def distance(self, state: Carriage) -> Band:
+        """The signed distance [L] on the nodes near the interface."""
+        return self.level_set.distance(state.interface)
+
+    def shape(self, state: Carriage) -> Sampled:
+        """The interface as a shape: a body for a flow, something to measure."""
+        return self.level_set.shape(state.interface)
 
     def forces(self, state: Carriage) -> Mapping[str, float]:
         """Those of the flow on its bodies."""
