@@ -30,6 +30,15 @@ def test_turns_are_a_word_for_the_end():
     assert ZalesakDisk().until == PERIOD
 
 
+@pytest.mark.parametrize("case", [ZalesakDisk, ZalesakSphere])
+def test_turns_and_another_end_at_once_are_refused(case):
+    with pytest.raises(InputError, match=r"both say when to end, got 100\.0 and"):
+        case(until=100.0, turns=2.0)
+    with pytest.raises(InputError, match="until and turns both say when to end"):
+        case.make({"until": PERIOD, "turns": 2.0})
+    assert case.make({"turns": 2.0}, quick=True).until == 2 * PERIOD
+
+
 def test_a_turn_takes_the_steps_asked_for():
     case = ZalesakDisk(steps=40)
     flow, state = case.build()

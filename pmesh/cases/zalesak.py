@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from pmesh.cases.interface_error import mean_error
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, REFERENCE
 from pmesh.run.summary import Metric
+from remesh.errors import InputError
 from remesh.grid import Grid
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class Zalesak(Case):
     """A slotted body turns rigidly in a box 100 wide; a turn takes 628 units of time."""
 
     until: float = option(PERIOD, "end of the run; a turn takes 628", unit="T")
-    turns: float | None = option(None, "end of the run in turns, in place of `until`")
+    turns: float | None = option(None, "end of the run in turns, in place of `until`; not both")
     nodes: int = option(100, "mesh cells along the box")
     steps: int = option(628, "time steps per turn (RK4)")
     remeshing: str = option("never", "never, always, distorted, or every so many steps")
@@ -68,6 +69,8 @@ class Zalesak(Case):
         super().__post_init__()
         self.positive("turns", "width", "radius", "every")
         if self.turns is not None:
+            if self.until != PERIOD:
+                _refuse_two_ends(self.until, self.turns)
             object.__setattr__(self, "until", PERIOD * self.turns)
             object.__setattr__(self, "turns", None)
         self.require(self.nodes >= 25, "nodes", "at least 25: the slot is 5 wide")
@@ -75,6 +78,15 @@ class Zalesak(Case):
         words = ", ".join(WORDS)
         known = self.remeshing in WORDS or (self.remeshing.isdigit() and int(self.remeshing) > 0)
         self.require(known, "remeshing", f"{words} or a number of steps")
+
+    @classmethod
+    def make(cls, values: Mapping[str, Any], *, quick: bool = False) -> Self:
+        """The case with these options; refuses turns and an end in time at once."""
+        if (turns := values.get("turns")) is not None:
+            if "until" in values:
+                _refuse_two_ends(values["until"], turns)
+            values = {**values, "until": PERIOD}  # also for a quick run
+        return super().make(values, quick=quick)
 
     @property
     @abstractmethod
@@ -224,6 +236,13 @@ def show_errors(panel: Axes, series: Series, spacing: float) -> None:
             panel.semilogy(turns[seen], scale * values[seen], color=colour, label=label)
     panel.axhline(MOST, color=REFERENCE, lw=1.0, ls=(0, (4, 3)), label="asked without remeshing")
     panel.set(title=f"errors (a cell is {spacing:g})", xlabel="turns", xlim=(0, None))
+
+
+def _refuse_two_ends(until: object, turns: object) -> NoReturn:
+    raise InputError(
+        f"until and turns both say when to end, got {until} and {turns}",
+        hint=f"--turns {turns} alone",
+    )
 
 
 def in_turns(time: float) -> str:
