@@ -405,6 +405,38 @@ def merge(found, values, counts, marks, level, nodes):
 
 
 @njit(cache=True, nogil=True)
+def moves_to(shape, diagonal, steps):
+    """Steps in the flat index to the nodes around one, along the axes or with ``diagonal`` all."""
+    row, columns = shape[1] * shape[2], shape[2]
+    count = 0
+    for a in range(-1, 2):
+        for b in range(-1, 2) if shape[1] > 1 else range(1):
+            for d in range(-1, 2):
+                moves = abs(a) + abs(b) + abs(d)
+                if moves == 1 or (diagonal and moves > 1):
+                    steps[count] = a * row + b * columns + d
+                    count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def far_from_edges(nodes, count, layers, shape):
+    """Whether so many layers around the nodes stay off all ends of the mesh."""
+    row, columns = shape[1] * shape[2], shape[2]
+    deep = shape[1] > 1
+    for k in range(count):
+        i = nodes[k] // row
+        rest = nodes[k] - i * row
+        m = rest // columns if deep else 0
+        c = rest - m * columns
+        if i < layers or i >= shape[0] - layers or c < layers or c >= columns - layers:
+            return False
+        if deep and (m < layers or m >= shape[1] - layers):
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def neighbours(node, shape, periodic, diagonal, out):
     """Nodes around one, those along the axes or with ``diagonal`` all; returns how many."""
     row, columns = shape[1] * shape[2], shape[2]
@@ -458,7 +490,8 @@ def widen(core, count, layers, shape, periodic, marks, level, flat, least, nodes
     Layers reach along the axes and to all sides in turn, which makes them nearly round. -1: no
     room.
     """
-    near = np.empty(27, np.int64)
+    near, steps = np.empty(27, np.int64), np.empty(27, np.int64)
+    plain = far_from_edges(core, count, layers, shape)
     for k in range(count):
         marks[core[k]] = 2
         nodes[k] = core[k]
@@ -466,9 +499,13 @@ def widen(core, count, layers, shape, periodic, marks, level, flat, least, nodes
     start = 0
     for layer in range(layers):
         stop = total
+        diagonal = layer % 2 == 1
+        around = moves_to(shape, diagonal, steps)
         for k in range(start, stop):
-            for n in range(neighbours(nodes[k], shape, periodic, layer % 2 == 1, near)):
-                node = near[n]
+            if not plain:
+                around = neighbours(nodes[k], shape, periodic, diagonal, near)
+            for n in range(around):
+                node = nodes[k] + steps[n] if plain else near[n]
                 if marks[node] == 2:
                     continue
                 if total == nodes.size:
