@@ -49,6 +49,12 @@ def test_the_blade_leaves_two_pieces_and_nothing_is_remeshed(quick) -> None:
     assert np.ptp(series["volume"] + series["removed"]) < 1e-3 * series["volume"][0]
 
 
+def test_the_panel_of_the_volume_says_where_its_axis_begins(quick) -> None:
+    figure = CuttingCase.make({}, quick=True).draw(quick[0].outcome)
+    (panel,) = (p for p in figure.get_axes() if "volume" in p.get_title("left"))
+    assert f"from {panel.get_ylim()[0]:g} up" in panel.get_title("left")
+
+
 def test_a_run_leaves_the_files_of_the_contract(quick) -> None:
     _, folder = quick
     assert json.loads((folder / "summary.json").read_text())["case"] == "cutting"

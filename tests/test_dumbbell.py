@@ -29,6 +29,8 @@ def test_a_short_run_pinches_off_in_the_middle_at_the_right_time(tmp_path):
     assert (np.diff(series["volume"]) < 0).all()
     assert (np.diff(series["area"]) < 0).all()
     assert (tmp_path / "figure.png").stat().st_size > 20000
+    titles = [panel.get_title("left") for panel in case.draw(report.outcome).get_axes()]
+    assert sorted(title[:3] for title in titles) == [f"({k})" for k in "abcdef"]
 
 
 def test_what_is_no_dumbbell_is_refused():

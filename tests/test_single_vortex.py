@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from matplotlib.contour import ContourSet
 
 from levelset.laws import Deformation, SingleVortex
 from levelset.shapes import Disk, Sphere
@@ -36,6 +37,18 @@ def quick(tmp_path_factory):
 def metric(report, name):
     (found,) = (m for m in report.metrics if m.name == name)
     return found
+
+
+def test_the_body_is_drawn_without_steps(quick):
+    figure = SingleVortexCase.make({}, quick=True).draw(quick[0].outcome)
+    filled = [
+        found
+        for panel in figure.get_axes()
+        for found in panel.collections
+        if isinstance(found, ContourSet) and found.filled
+    ]
+    assert len(filled) == 5
+    assert all(np.all(found.get_antialiased()) for found in filled)
 
 
 def test_a_quick_run_passes_what_is_judged_and_leaves_its_picture(quick):

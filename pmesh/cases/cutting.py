@@ -166,8 +166,9 @@ class CuttingCase(Case):
         panel.plot(times, left[0] - swept, "o", color="white", mec=REFERENCE, mew=1.3,
                    label="whole less swept, exact shapes")  # fmt: skip
         panel.axhline(left[0], color="black", lw=0.9, ls=":")
-        panel.set(title="where the volume is", xlabel="time $t$", xlim=(0, time[-1]),
-                  ylim=(0.8 * left[-1], 1.06 * left[0]))  # fmt: skip
+        bottom = float(f"{0.8 * left[-1]:.2g}")
+        panel.set(title=f"where the volume is, from {bottom:g} up", xlabel="time $t$",
+                  xlim=(0, time[-1]), ylim=(bottom, 1.06 * left[0]))  # fmt: skip
         panel.text(0.04 * time[-1], 0.92 * left[-1], "left", color="white")
         panel.text(0.97 * time[-1], 0.5 * (left[0] + left[-1]), "removed", ha="right", va="center")
         panel.legend(loc="lower right", labelcolor="white")

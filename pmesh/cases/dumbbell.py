@@ -137,14 +137,12 @@ class DumbbellCase(Case):
         figure = Figure(figsize=(11.0, 5.7), layout="constrained")
         halves: Any = figure.subfigures(2, 1, height_ratios=(1.0, 1.5))
         above, below = halves
-        stages = above.subplots(1, len(STAGES))
         panels = below.subplots(1, 3, width_ratios=(1.0, 1.0, 1.35))
         shots = outcome.stages([known.pinch * part for part in STAGES])
         shots = [*outcome.snapshots()[:1], *shots[1:]] if len(shots) > 1 else shots
-        for panel, shot in zip(stages, shots, strict=False):
+        stages = above.subplots(1, len(shots), squeeze=False)[0]
+        for panel, shot in zip(stages, shots, strict=True):
             self._portrait(panel, shot)
-        for panel in stages[len(shots) :]:
-            panel.set_visible(False)
         self._volume(panels[0], outcome.series, known)
         self._middle(panels[1], outcome.series, known)
         self._outlines(panels[2], shots, known)

@@ -37,6 +37,7 @@ PUBLISHED = "Enright et al., J. Comput. Phys. 183 (2002) 83, particle level set,
 LOSS = 0.0071  # of the area at 128 cells per unit length, there
 CENTER = (0.5, 0.75)  # of the disk at the start
 STAGES = (0.0, 1 / 8, 1 / 4)  # drawn small, in periods
+INSIDE = (-1e3, 0.0)  # of the level set
 COLOURS = "YlGnBu_r"  # of particles outside, by their level set
 
 
@@ -127,7 +128,7 @@ class SingleVortexCase(ReversedCase):
         """The body, filled, over the whole box."""
         field, finer = refined(shot["level_set"], shot.grid, 3)
         x, y = finer.axes()
-        panel.contourf(x, y, field.T, levels=[-1e3, 0.0], colors=[OURS])
+        panel.contourf(x, y, field.T, levels=INSIDE, colors=[OURS], antialiased=True)
         _frame(panel, f"$t$ = {shot.time:g}")
 
     def _spiral(self, panel: Axes, shot: Snapshot) -> None:
@@ -140,7 +141,7 @@ class SingleVortexCase(ReversedCase):
         panel.scatter(x, y, c=phi[near] / level, s=size, cmap=COLOURS, vmin=-0.1, vmax=1.35, lw=0)
         field, finer = refined(phi, shot.grid, 4)
         x, y = finer.axes()
-        panel.contourf(x, y, field.T, levels=[-1e3, 0.0], colors=[OURS], alpha=1.0)
+        panel.contourf(x, y, field.T, levels=INSIDE, colors=[OURS], antialiased=True)
         self._exact(panel, shot.time)
         _frame(panel, f"$t$ = {shot.time:g}: interface and particles; line: exact")
 
@@ -155,7 +156,7 @@ class SingleVortexCase(ReversedCase):
         """The end of the run over the exact interface, close by."""
         field, finer = refined(shot["level_set"], shot.grid, 4)
         x, y = finer.axes()
-        panel.contourf(x, y, field.T, levels=[-1e3, 0.0], colors=[OURS], alpha=0.25)
+        panel.contourf(x, y, field.T, levels=INSIDE, colors=[OURS], alpha=0.25, antialiased=True)
         panel.contour(x, y, field.T, levels=[0.0], colors=[OURS], linewidths=1.4)
         self._exact(panel, shot.time)
         _frame(panel, f"$t$ = {shot.time:g}")
