@@ -95,16 +95,16 @@ FAULTS = [
         "smoothing velocity",
     ),
     Fault(
-        "an Euler path", "pmesh/vortex/schemes.py", "(0.0, 1.0), \"midpoint rule\"",
-        "(1.0, 0.0), \"midpoint rule\"", "schemes flow",
+        "an Euler path", "remesh/paths.py", "(0.0, 1.0), \"midpoint rule\"",
+        "(1.0, 0.0), \"midpoint rule\"", "paths flow",
     ),
     Fault(
-        "a wrong weight of RK3", "pmesh/vortex/schemes.py", "(2 / 9, 1 / 3, 4 / 9)",
-        "(1 / 4, 1 / 4, 1 / 2)", "schemes flow",
+        "a wrong weight of RK3", "remesh/paths.py", "(2 / 9, 1 / 3, 4 / 9)",
+        "(1 / 4, 1 / 4, 1 / 2)", "paths flow",
     ),
     Fault(
         "a stage sampled at home instead of where the particle is", "pmesh/vortex/schemes.py",
-        "sample_nodes(velocity_of(stage.field, sum(row)), moved, grid, kernel, threads=threads)",
+        "sample_nodes(velocity_of(stage.field, sum(row)), place, grid, kernel, threads=threads)",
         "velocity_of(stage.field, sum(row))", "schemes flow",
     ),
     Fault(
@@ -228,6 +228,50 @@ FAULTS = [
         "a prescribed velocity from differences of first order", "pmesh/bodies/motion.py",
         "STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))",
         "STENCIL = ((0, -1.0), (1, 1.0))", "motion",
+    ),
+    Fault(
+        "a vortex that turns the other way", "levelset/_laws.py",
+        "result[low + p, 1] = -swing *", "result[low + p, 1] = swing *", "laws transport",
+    ),
+    Fault(
+        "a weight of RK4", "remesh/paths.py",
+        "(1 / 6, 1 / 3, 1 / 3, 1 / 6)", "(1 / 6, 1 / 6, 1 / 2, 1 / 6)", "paths",
+    ),
+    Fault(
+        "a coefficient of the profile", "levelset/profile.py",
+        "width * x * (1.0 + square * (-2.0 / 3.0 + 0.2 *",
+        "width * x * (1.0 + square * (-2.0 / 3.0 + 0.25 *", "profile",
+    ),
+    Fault(
+        "a steep contour that falls out of its band", "levelset/_lookup.py",
+        "and level[near[n]] >= 0", "and level[near[n]] >= 1e300", "lookup transport",
+    ),
+    Fault(
+        "a shape that is not seen across a seam", "levelset/seams.py",
+        "nearest = np.minimum(nearest,", "nearest = np.maximum(nearest,", "seams transport",
+    ),
+    Fault(
+        "a limit that looks at the start of a step only", "levelset/transport.py",
+        "for share in SHARES)", "for share in SHARES[:1])", "transport",
+    ),
+    Fault(
+        "curvature flow of the wrong sign", "levelset/curvature_flow.py",
+        "    whole = _semi_implicit(phi, normal, grid, dt, threads)",
+        "    normal = -normal\n    whole = _semi_implicit(phi, normal, grid, dt, threads)",
+        "curvature_flow",
+    ),
+    Fault(
+        "a mean curvature of the wrong sign", "levelset/_curvature.py",
+        "out[m] = across(p, p, steep) / (", "out[m] = -across(p, p, steep) / (", "curvatures",
+    ),
+    Fault(
+        "a cut that adds", "levelset/cutting.py",
+        "np.maximum(moved.values, profile(-depth,", "np.minimum(moved.values, profile(-depth,",
+        "cutting",
+    ),
+    Fault(
+        "moving least squares without their weights", "remesh/_reconstruction.py",
+        "weight = math.exp(-square)", "weight = 1.0", "reconstruction",
     ),
 ]  # fmt: skip
 
