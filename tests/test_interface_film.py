@@ -11,7 +11,7 @@ from PIL import Image
 
 from pmesh.cases.frames import STRIP
 from pmesh.cases.interface_film import interface_film, interface_of
-from pmesh.cases.movie import film, movie
+from pmesh.cases.movie import INK, PAPER, film, movie
 from pmesh.run.rundir import SNAPSHOTS
 from pmesh.run.snapshots import Snapshot, read_snapshots, write_snapshot
 from remesh.errors import InputError
@@ -128,6 +128,46 @@ def test_another_field_colours_the_surface(tmp_path: Path) -> None:
         assert np.argwhere(red)[:, 1].mean() > np.argwhere(blue(picture))[:, 1].mean() + 10
     pale = pictures(folder, field="heat", pixels=160, limit=1e6)[1]
     assert not blue(pale).any()
+
+
+def test_values_on_a_surface_colour_it_unless_another_field_is_asked_for(tmp_path: Path) -> None:
+    shown = np.clip(2 * (ROOM.points()[0] - 0.4), -1e-6, 1.0)  # from 0 up, to round-off
+    shots = [ball(tmp_path, 0, ROOM, x=0.8, values=shown)]
+    (by_default,), (asked,), (plain,) = (
+        list(film(shots, field, pixels=128).pixels) for field in (None, "values", "level_set")
+    )
+    assert np.array_equal(by_default, asked)
+    strong = by_default[STRIP:].astype(int)
+    yellow = (strong[..., :2].min(axis=-1) > strong[..., 2] + 60).sum()
+    assert yellow > 100  # the upper end of the colours of what is not signed
+    assert blue(plain[STRIP:].astype(int)).any()
+
+
+def test_values_of_both_signs_have_colours_even_about_zero(tmp_path: Path) -> None:
+    shots = [ball(tmp_path, 0, ROOM, x=0.8, values=ROOM.points()[0] - 0.7)]
+    (picture,) = (p[STRIP:].astype(int) for p in film(shots, pixels=128).pixels)
+    assert (picture[..., 0] > picture[..., 1] + 60).any()  # red
+
+
+@pytest.mark.parametrize(("sign", "colour"), [(1.0, PAPER), (-1.0, INK)])
+def test_an_interface_is_a_line_over_the_vorticity(
+    tmp_path: Path, sign: float, colour: int
+) -> None:
+    x, y = PLANE.points()
+    vorticity = sign * np.exp(-((x - 1.4) ** 2 + (y - 0.75) ** 2) / 0.02)
+    shots = [ball(tmp_path, k, PLANE, x=place, vorticity=vorticity)
+             for k, place in enumerate((0.5, 0.9))]  # fmt: skip
+    middles = []
+    for picture in film(shots, pixels=400).pixels:
+        line = np.argwhere(picture[STRIP:] == colour)
+        middle, size = line.mean(axis=0), np.ptp(line, axis=0)
+        away = np.hypot(*(line - middle).T)
+        assert np.ptp(size) <= 2
+        assert away == pytest.approx(size.mean() / 2, abs=3)  # a ring, and empty
+        middles.append((*middle, size.mean() / 0.5))
+    (row, column, scale), (lower, further, _) = middles
+    assert further - column == pytest.approx(0.4 * scale, rel=0.02)
+    assert row == pytest.approx(lower, abs=0.5)
 
 
 def test_an_interface_that_has_gone_leaves_an_empty_picture(tmp_path: Path) -> None:

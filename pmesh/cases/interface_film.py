@@ -16,10 +16,12 @@ from remesh.errors import InputError
 
 Array = NDArray[np.floating[Any]]
 INTERFACES = ("level_set", "phi")  # names of level sets in snapshots, negative inside
+VALUES = "values"  # on a surface, in the snapshots of what spreads on it
 VIEW = (-55.0, 22.0)  # azimuth and elevation of the camera [degrees]
 MARGIN = 0.06  # of what is shown in the plane, at each side
 FILLED, LINE, START = "#a9cbec", "#0b559f", "#9a9a9a"  # inside, the contour, the first contour
 FINE = 3.0  # pixels between the points that contours in the plane go through
+UNDER = 0.02  # values on both sides of zero by less, over the largest, are of one sign
 SLIM = 0.5  # least ratio of the picture's sides
 
 
@@ -66,7 +68,7 @@ def interface_film(
             hint="a movie without --limit, or of another --field",
         )
     places = [_centre(shot, name) if follow else np.zeros(shot.grid.ndim) for shot in shots]
-    box = _whole(shots, name, places)
+    box = extent(shots, name, places)
     if shots[0].grid.ndim == 2:
         return Frames(pixels=_plane(shots, name, box, places, pixels, start=not follow))
     return Frames(pixels=_space(shots, name, field, box, places, pixels, limit))
@@ -113,7 +115,7 @@ def _space(
     size = _size(box, pixels)
     ends = None if field in INTERFACES else _limits(shots, name, field, limit)
     told = "" if ends is None else f"{field}, {ends[0]:.3g} to {ends[1]:.3g}"
-    colours = "RdBu_r" if ends is not None and ends[0] < 0 < ends[1] else "viridis"
+    colours = "RdBu_r" if ends is not None and ends[0] == -ends[1] else "viridis"
     for shot, place in zip(shots, places, strict=True):
         phi = np.asarray(shot[name], np.float64)
         part = box.moved(place)
@@ -169,8 +171,8 @@ def _centre(shot: Shot, name: str) -> Array:
     return np.array([axis @ part / total for axis, part in zip(grid.axes(), sums, strict=True)])
 
 
-def _whole(shots: Sequence[Shot], name: str, places: Sequence[Array]) -> Box:
-    """What holds all that is inside in any snapshot, each moved back by its place."""
+def extent(shots: Sequence[Shot], name: str, places: Sequence[Array]) -> Box:
+    """What holds all that is ever inside, each snapshot moved back by its place, and a margin."""
     boxes = []
     for shot, place in zip(shots, places, strict=True):
         inside, grid = shot[name] < 0, shot.grid
@@ -229,8 +231,12 @@ def _limits(
         values = values[near & np.isfinite(values)]
         low, high = min(low, values.min(initial=np.inf)), max(high, values.max(initial=-np.inf))
     if limit is not None:
-        return (-limit if low < 0 else 0.0), limit
+        return (-limit if -low > UNDER * high else 0.0), limit
     if not low < high:
         return (low - 0.5, low + 0.5) if low == high else (0.0, 1.0)
     top = max(-low, high)
-    return (-top, top) if low < 0 < high else (float(low), float(high))
+    if min(-low, high) > UNDER * top:
+        return -top, top
+    return (
+        (float(max(low, 0.0)), float(high)) if high > -low else (float(low), float(min(high, 0.0)))
+    )

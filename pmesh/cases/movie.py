@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.cases.frames import KINDS, Frames, Kind, Pixels, ffmpeg, strip, written
-from pmesh.cases.interface_film import INTERFACES, interface_film, interface_of
+from pmesh.cases.interface_film import INTERFACES, VALUES, extent, interface_film, interface_of
 from pmesh.cases.wake import (
     EDGE,
     EMPTY,
@@ -33,6 +33,7 @@ from remesh.grid import Grid
 LEVELS = 96  # colours of the field
 BODY, RIM, INK = LEVELS, LEVELS + 1, LEVELS + 2  # palette entries; from INK on 8 greys, to paper
 GREYS = 8
+PAPER = INK + GREYS - 1
 
 
 def movie(
@@ -48,8 +49,9 @@ def movie(
 ) -> Path:
     """Write the movie of a run directory, by default ``movie.gif`` in it; returns its path.
 
-    ``field``: by default the vorticity, in a run without it the interface: filled in the plane,
-    in space a lit surface, which any other field colours. One window over all snapshots, or with
+    ``field``: by default the vorticity, with the line of an interface in it; in a run without it
+    the interface: filled in the plane, in space a lit surface in the colours of the ``values`` on
+    it, if there are any, or of another field. One window over all snapshots, or with
     ``follow`` one that moves with the bodies; colours that saturate at ``limit`` [of the field];
     ``pixels`` along the longer side. Bodies are filled, the time is above.
     GIF by Pillow; MP4 by imageio-ffmpeg (``pip install "pmesh-flow[movie]"``) or an ffmpeg on the
@@ -101,8 +103,9 @@ def film(
     """The pictures of the snapshots: of a plane field, or of an interface."""
     interface = interface_of(shots)
     if field is None:
-        held = all("vorticity" in shot.names and shot.grid.ndim == 2 for shot in shots)
-        field = "vorticity" if held or interface is None else interface
+        ours = "vorticity" if shots[0].grid.ndim == 2 else VALUES
+        held = all(ours in shot.names for shot in shots) and (interface or ours == "vorticity")
+        field = ours if held else interface or "vorticity"
     _check_held(shots, field)
     if interface is not None and (field in INTERFACES or shots[0].grid.ndim == 3):
         return interface_film(shots, field, follow=follow, limit=limit, pixels=pixels)
@@ -114,12 +117,16 @@ def film(
     ends = np.array(parts)
     whole = Window(*ends[:, 0:1].min(0), *ends[:, 1:2].max(0), *ends[:, 2:3].min(0),
                    *ends[:, 3:4].max(0))  # fmt: skip
+    if interface is not None and any((shot[interface] < 0).any() for shot in shots):
+        low, high = extent(shots, interface, [np.array(place) for place in places])
+        whole = Window(min(whole.left, low[0]), max(whole.right, high[0]),
+                       min(whole.bottom, low[1]), max(whole.top, high[1]))  # fmt: skip
     sides = (max(32, 2 * round(0.5 * pixels * side / max(whole.size))) for side in whole.size)
     shape = tuple(sides)
     name = field if plane(shots[0], field).shape == shots[0][field].shape else f"|{field}|"
     scale = f"{name}, {'±' if signed else '0 to '}{limit:g}"
     frames = (
-        _frame(shot, field, whole.moved(*place), shape, limit, signed, scale)
+        _frame(shot, field, interface, whole.moved(*place), shape, limit, signed, scale)
         for shot, place in zip(shots, places, strict=True)
     )
     return Frames(pixels=frames, palette=palette(signed))
@@ -176,25 +183,33 @@ def _line(
 
 
 def _frame(
-    shot: Shot, field: str, part: Window, shape: tuple[int, ...], limit: float, signed: bool,
-    scale: str,
+    shot: Shot, field: str, interface: str | None, part: Window, shape: tuple[int, ...],
+    limit: float, signed: bool, scale: str,
 ) -> Pixels:  # fmt: skip
-    """One picture: a strip with the time, the field below it, bodies on top."""
+    """One picture: a strip with the time, the field below it, an interface and bodies on top."""
     width, height = shape
     x = part.left + (np.arange(width) + 0.5) * part.size[0] / width
     y = part.top - (np.arange(height) + 0.5) * part.size[1] / height
     seen = resampled(plane(shot, field), shot.grid, x, y).T / limit
     level = 0.5 * (seen + 1) if signed else seen
     picture = np.clip(np.floor(level * LEVELS), 0, LEVELS - 1).astype(np.uint8)
+    if interface is not None:
+        inside = resampled(shot[interface], shot.grid, x, y).T < 0
+        picture[inside & ~_shrunk(_shrunk(inside))] = INK if signed else PAPER
     chi = indicator(shot)
     if chi is not None:
         inside = resampled(depth(chi), shot.grid, x, y).T > WALL
-        core = inside.copy()
-        for axis in (0, 1):
-            for step in (-1, 1):
-                core &= np.roll(inside, step, axis)
         picture[inside] = RIM
-        picture[core] = BODY
+        picture[_shrunk(inside)] = BODY
     grey = strip(width, f"t = {shot.time:.4g}", scale).astype(np.float64) / 255
     above = (INK + np.rint(grey * (GREYS - 1))).astype(np.uint8)
     return np.concatenate([above, picture])
+
+
+def _shrunk(inside: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """The inside without its outermost pixels."""
+    core = inside.copy()
+    for axis in (0, 1):
+        for step in (-1, 1):
+            core &= np.roll(inside, step, axis)
+    return core
