@@ -231,7 +231,8 @@ FAULTS = [
     ),
     Fault(
         "a vortex that turns the other way", "levelset/_laws.py",
-        "result[low + p, 1] = -swing *", "result[low + p, 1] = swing *", "laws transport",
+        "-swing * (squares[2 * p + 1] * doubles[2 * p])",
+        "swing * (squares[2 * p + 1] * doubles[2 * p])", "laws transport",
     ),
     Fault(
         "a weight of RK4", "remesh/paths.py",
