@@ -28,8 +28,8 @@ HEAVY = (
 )
 NAMES = {
     remesh: "Grid KERNELS Kernel p2m m2p remesh mollify InputError BlowUpError",
-    levelset: "shapes laws Band ParticleLevelSet CurvatureFlow SurfaceDiffusion redistance volume area "
-    "curvature normal closest_points contours triangles extend laplace_beltrami Cutting Tool",
+    levelset: "shapes laws Band ParticleLevelSet CurvatureFlow SurfaceDiffusion redistance volume "
+    "area curvature normal closest_points contours triangles extend laplace_beltrami Cutting Tool",
     pmesh: "poisson velocity VortexFlow State Limit run RigidBody Fixed Forces Ledger Snapshots "
     "Progress Carrier",
 }

@@ -34,7 +34,7 @@ def test_each_takes_its_own_step(twins):
     assert tree.same(pair.first, twins.first.step(twins.first.start(), 0.05))
     assert tree.same(pair.second, twins.second.step(twins.second.start(), 0.05))
     assert pair.grid == pair.first.grid
-    assert pair.vorticity is pair.first.vorticity
+    assert pair.size == pair.first.grid.size + pair.second.grid.size
 
 
 def test_the_smaller_limit_is_that_of_both(twins):

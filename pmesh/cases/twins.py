@@ -32,9 +32,9 @@ class Pair:
         return self.first.grid
 
     @property
-    def vorticity(self) -> Array:
-        """The vorticity of the first [1/T]."""
-        return self.first.vorticity
+    def size(self) -> int:
+        """Nodes that a step moves, of both."""
+        return self.first.size + self.second.size
 
 
 @dataclass(frozen=True, kw_only=True)
