@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from levelset.quadrature import area as area
     from levelset.quadrature import centroid as centroid
     from levelset.quadrature import integrate as integrate
+    from levelset.quadrature import measures as measures
     from levelset.quadrature import volume as volume
     from levelset.redistancing import redistance as redistance
     from levelset.redistancing import redistance_band as redistance_band
@@ -48,6 +49,7 @@ _HOME = {
     "integrate": "levelset.quadrature",
     "laplace_beltrami": "levelset.surface_operators",
     "laws": "levelset.laws",
+    "measures": "levelset.quadrature",
     "normal": "levelset.curvatures",
     "redistance": "levelset.redistancing",
     "redistance_band": "levelset.redistancing",
@@ -74,6 +76,7 @@ __all__ = [
     "integrate",
     "laplace_beltrami",
     "laws",
+    "measures",
     "normal",
     "redistance",
     "redistance_band",
