@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -119,7 +120,8 @@ def integrate(
 
     ``values`` of ``grid.shape``, with nodes or a `Band` ``(len(nodes),)`` will do too, known where
     phi is; both are interpolated by cubics, order 4. Arguments and cost as of `measures`; a band is
-    enough for the surface only. Refuses values of another shape, and values that are not finite.
+    enough for the surface only. Refuses values of another shape, and values that are not finite,
+    over the surface only beside it.
     """
     if over not in ("surface", "inside"):
         raise InputError(f"over must be 'surface' or 'inside', got {over!r}", hint="over='surface'")
@@ -130,11 +132,19 @@ def integrate(
             hint="over='surface', or values and phi on all nodes",
         )
     wanted = laid.nodes if laid.gaps else None
-    given = laid_out(values, laid.grid, wanted, name="values").flat
-    found = _terms(laid, given, over, threads)
     if over == "inside":
-        return float(found[4] * laid.grid.cell_volume)
-    return float(found[9] * laid.grid.spacing ** (laid.grid.ndim - 1))
+        given = laid_out(values, laid.grid, wanted, name="values").flat
+        return float(_terms(laid, given, over, threads)[4] * laid.grid.cell_volume)
+    holes = ~np.isfinite(values) if np.asarray(values).dtype.kind == "f" else np.zeros(1, bool)
+    given = laid_out(np.where(holes, 0.0, values), laid.grid, wanted, name="values").flat
+    if holes.any():  # far from the surface nobody asks
+        given[laid_out(holes.astype(float), laid.grid, wanted).flat > 0] = np.nan
+    found = float(_terms(laid, given, over, threads)[9])
+    if not math.isfinite(found):
+        raise InputError(
+            "values must be finite beside the surface", hint="look at them where phi is near zero"
+        )
+    return found * float(laid.grid.spacing) ** (laid.grid.ndim - 1)
 
 
 def _terms(laid: Laid, values: Values | None, over: Over, threads: int | None) -> Values:

@@ -10,7 +10,7 @@ from scipy.special import ellipe
 
 from levelset.band import Band
 from levelset.quadrature import area, centroid, integrate, measures, volume
-from levelset.shapes import Box, Disk, SlottedDisk, SlottedSphere, Sphere
+from levelset.shapes import Box, Disk, Ellipsoid, SlottedDisk, SlottedSphere, Sphere
 from remesh.errors import InputError
 from remesh.grid import Grid
 
@@ -361,3 +361,17 @@ def test_bad_input_is_refused():
     grid = Grid((9, 8), 0.5)
     with pytest.raises(InputError, match="the band has a hole"):
         volume(np.ascontiguousarray(phi.T), grid, nodes=np.delete(np.arange(72), nodes))
+
+
+def test_gauss_and_bonnet_hold_for_a_body_whose_middle_has_no_curvature():
+    """int K dA = 4 pi; in the middle of an ellipsoid the level set is flat."""
+    from levelset.curvatures import curvature
+
+    grid = Grid((49, 49, 49), 1 / 16, (-1.5, -1.5, -1.5))
+    phi = Ellipsoid((1.0, 0.8, 0.6)).distance(grid.points())
+    bend = curvature(phi, grid, kind="gaussian", at="contour")
+    bend[24, 24, 24] = np.nan
+    assert integrate(bend, phi, grid) == pytest.approx(4 * math.pi, rel=2e-3)
+    bend[40, 24, 24] = np.nan  # on the surface
+    with pytest.raises(InputError, match="values must be finite beside the surface"):
+        integrate(bend, phi, grid)
