@@ -244,7 +244,7 @@ FAULTS = [
         "width * x * (1.0 + square * (-2.0 / 3.0 + 0.25 *", "profile",
     ),
     Fault(
-        "a steep contour that falls out of its band", "levelset/_lookup.py",
+        "a steep contour that falls out of its band", "levelset/_layers.py",
         "and level[near[n]] >= 0", "and level[near[n]] >= 1e300", "lookup transport",
     ),
     Fault(

@@ -12,6 +12,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from levelset import _lattice
+from levelset._lattice import corners, invert, stretch, wrapped
+from remesh.compiled import drop_stale
+
 TRIES = 8  # Newton steps
 CLOSE = 1e-5  # spacings: what is left is taken off along the cell's gradient, to a tenth and better
 SLACK = 1e-9  # spacings by which a place may lie outside its cell
@@ -19,6 +23,8 @@ FLAT = 0.9999  # of the level value: what is above is flat
 MARGIN = 0.3  # spacings around a cell from which Newton starts, at most
 LEAST = 0.02  # and at least
 LONGEST = 255  # run of neighbours that is told
+
+drop_stale(__file__, _lattice.__file__)
 
 
 @njit(cache=True, nogil=True)
@@ -54,14 +60,6 @@ def lay(first, pieces, step, size, nodes, positions, values, shape, known, field
                 flat[node, 1] = positions[p, 1] - m
             flat[node, ndim - 1] = positions[p, ndim - 1] - c
             flat[node, ndim] = values[p]
-
-
-@njit(cache=True, nogil=True, inline="always")
-def wrapped(index, size, periodic):
-    """The index on a periodic axis; -1 outside an unbounded one."""
-    if 0 <= index < size:
-        return index
-    return index % size if periodic else -1
 
 
 @njit(cache=True, nogil=True)
@@ -146,96 +144,6 @@ def blend(flat, start, plane, line, wa, wb, wc, taps, mid):
         z += wa[a] * az
         v += wa[a] * av
     return x, y, z, v
-
-
-@njit(cache=True, nogil=True)
-def invert(matrix, inverse):
-    """Inverse of the upper 3 x 3 part of a matrix; returns its determinant."""
-    a, b, c = matrix[0, 0], matrix[0, 1], matrix[0, 2]
-    d, e, f = matrix[1, 0], matrix[1, 1], matrix[1, 2]
-    g, h, i = matrix[2, 0], matrix[2, 1], matrix[2, 2]
-    volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
-    if volume != 0.0:
-        one = 1.0 / volume
-        inverse[0, 0], inverse[0, 1] = one * (e * i - f * h), one * (c * h - b * i)
-        inverse[0, 2], inverse[1, 0] = one * (b * f - c * e), one * (f * g - d * i)
-        inverse[1, 1], inverse[1, 2] = one * (a * i - c * g), one * (c * d - a * f)
-        inverse[2, 0], inverse[2, 1] = one * (d * h - e * g), one * (b * g - a * h)
-        inverse[2, 2] = one * (a * e - b * d)
-    return volume
-
-
-@njit(cache=True, nogil=True)
-def corners(node, i, m, c, shape, periodic, marks, pair, nodes):
-    """Flat indices of a cell's corners, lowest first; False unless all hold particles."""
-    columns, row = shape[2], shape[1] * shape[2]
-    deep = len(pair) > 1
-    if i + 1 < shape[0] and c + 1 < columns and (not deep or m + 1 < shape[1]):
-        for a in range(2):
-            for b in range(len(pair)):
-                start = node + a * row + b * columns
-                if marks[start] < 2:
-                    return False
-                nodes[(a * len(pair) + b) * 2] = start
-                nodes[(a * len(pair) + b) * 2 + 1] = start + 1
-        return True
-    for a in range(2):
-        x = wrapped(i + a, shape[0], periodic[0])
-        for b in range(len(pair)):
-            y = wrapped(m + b, shape[1], periodic[1]) if deep else 0
-            for d in range(2):
-                z = wrapped(c + d, columns, periodic[2])
-                if x < 0 or y < 0 or z < 0 or marks[x * row + y * columns + z] == 0:
-                    return False
-                nodes[(a * len(pair) + b) * 2 + d] = x * row + y * columns + z
-    return True
-
-
-@njit(cache=True, nogil=True)
-def stretch(flat, nodes, i, m, c, pair, matrix, center, half):
-    """Image of a cell: ``center``, ``matrix`` (its fourth row: of the value), ``half`` its sides.
-
-    Returns how far a corner is from where these take it.
-    """
-    deep = len(pair) > 1
-    matrix[:] = 0.0
-    matrix[1, 1] = 0.0 if deep else 1.0
-    center[1], half[1] = m, 0.0
-    off = 0.0
-    for part in range(4 if deep else 3):
-        axis = part if deep else (0, 2, 3)[part]
-        if deep:
-            a, b = flat[nodes[0], part], flat[nodes[1], part]
-            c0, d = flat[nodes[2], part], flat[nodes[3], part]
-            e, f = flat[nodes[4], part], flat[nodes[5], part]
-            g, h = flat[nodes[6], part], flat[nodes[7], part]
-            along0 = 0.25 * ((e + f + g + h) - (a + b + c0 + d))
-            along1 = 0.25 * ((c0 + d + g + h) - (a + b + e + f))
-            along2 = 0.25 * ((b + d + f + h) - (a + c0 + e + g))
-            middle = 0.125 * (a + b + c0 + d + e + f + g + h)
-            mixed = abs((a + b) - (c0 + d) - (e + f) + (g + h))
-            mixed += abs((a + c0) - (b + d) - (e + g) + (f + h))
-            mixed += abs((a + e) - (b + f) - (c0 + g) + (d + h))
-            mixed += abs((a - b) - (c0 - d) - (e - f) + (g - h))
-            mixed *= 0.125
-        else:
-            a, b = flat[nodes[0], part], flat[nodes[1], part]
-            c0, d = flat[nodes[2], part], flat[nodes[3], part]
-            along0, along1, along2 = 0.5 * (c0 + d - a - b), 0.0, 0.5 * (b + d - a - c0)
-            middle = 0.25 * (a + b + c0 + d)
-            mixed = 0.25 * abs(a - b - c0 + d)
-        matrix[axis, 0], matrix[axis, 1], matrix[axis, 2] = along0, along1, along2
-        if axis < 3:
-            matrix[axis, axis] += 1.0
-            place = i if axis == 0 else (m if axis == 1 else c)
-            center[axis] = place + 0.5 + middle
-            half[axis] = 0.5 * (
-                abs(matrix[axis, 0])
-                + (abs(matrix[axis, 1]) if deep else 0.0)
-                + abs(matrix[axis, 2])
-            )
-            off = max(off, mixed)
-    return off
 
 
 @njit(cache=True, nogil=True)
@@ -402,202 +310,3 @@ def merge(found, values, counts, marks, level, nodes):
                 nodes[total] = node
                 total += 1
     return total
-
-
-@njit(cache=True, nogil=True)
-def moves_to(shape, diagonal, steps):
-    """Steps in the flat index to the nodes around one, along the axes or with ``diagonal`` all."""
-    row, columns = shape[1] * shape[2], shape[2]
-    count = 0
-    for a in range(-1, 2):
-        for b in range(-1, 2) if shape[1] > 1 else range(1):
-            for d in range(-1, 2):
-                moves = abs(a) + abs(b) + abs(d)
-                if moves == 1 or (diagonal and moves > 1):
-                    steps[count] = a * row + b * columns + d
-                    count += 1
-    return count
-
-
-@njit(cache=True, nogil=True)
-def far_from_edges(nodes, count, layers, shape):
-    """Whether so many layers around the nodes stay off all ends of the mesh."""
-    row, columns = shape[1] * shape[2], shape[2]
-    deep = shape[1] > 1
-    for k in range(count):
-        i = nodes[k] // row
-        rest = nodes[k] - i * row
-        m = rest // columns if deep else 0
-        c = rest - m * columns
-        if i < layers or i >= shape[0] - layers or c < layers or c >= columns - layers:
-            return False
-        if deep and (m < layers or m >= shape[1] - layers):
-            return False
-    return True
-
-
-@njit(cache=True, nogil=True)
-def neighbours(node, shape, periodic, diagonal, out):
-    """Nodes around one, those along the axes or with ``diagonal`` all; returns how many."""
-    row, columns = shape[1] * shape[2], shape[2]
-    i, c = node // row, node % columns
-    m = (node - i * row) // columns
-    deep = shape[1] > 1
-    inside = 0 < i < shape[0] - 1 and 0 < c < columns - 1 and (not deep or 0 < m < shape[1] - 1)
-    count = 0
-    for a in range(-1, 2):
-        for b in range(-1, 2) if deep else range(1):
-            for d in range(-1, 2):
-                moves = abs(a) + abs(b) + abs(d)
-                if moves == 0 or not (diagonal or moves == 1):
-                    continue
-                if inside:
-                    out[count] = node + a * row + b * columns + d
-                    count += 1
-                    continue
-                x = wrapped(i + a, shape[0], periodic[0])
-                y = wrapped(m + b, shape[1], periodic[1])
-                z = wrapped(c + d, columns, periodic[2])
-                if x >= 0 and y >= 0 and z >= 0:
-                    out[count] = x * row + y * columns + z
-                    count += 1
-    return count
-
-
-@njit(cache=True, nogil=True)
-def select(nodes, level, marks, bound, shape, periodic, core):
-    """Nodes within a bound, or inside beside one outside, into ``core``; returns how many."""
-    near = np.empty(27, np.int64)
-    count = 0
-    for k in range(nodes.size):
-        value = level[nodes[k]]
-        taken = abs(value) < bound
-        if value <= -bound:  # a level set may be steep enough to change side from node to node
-            for n in range(neighbours(nodes[k], shape, periodic, False, near)):
-                taken |= marks[near[n]] != 0 and level[near[n]] >= 0
-        if taken:
-            core[count] = nodes[k]
-            count += 1
-    return count
-
-
-@njit(cache=True, nogil=True)
-def widen(core, count, layers, shape, periodic, marks, level, flat, least, nodes):
-    """The core and so many layers of nodes around it, into ``nodes``; returns how many.
-
-    ``marks``: 1 where ``level`` is known, 2 where a node was taken. A node that is not known takes
-    the value of the one from which it was reached, and at least the part ``least`` of ``flat``.
-    Layers reach along the axes and to all sides in turn, which makes them nearly round. -1: no
-    room.
-    """
-    near, steps = np.empty(27, np.int64), np.empty(27, np.int64)
-    plain = far_from_edges(core, count, layers, shape)
-    for k in range(count):
-        marks[core[k]] = 2
-        nodes[k] = core[k]
-    total = count
-    start = 0
-    for layer in range(layers):
-        stop = total
-        diagonal = layer % 2 == 1
-        around = moves_to(shape, diagonal, steps)
-        for k in range(start, stop):
-            if not plain:
-                around = neighbours(nodes[k], shape, periodic, diagonal, near)
-            for n in range(around):
-                node = nodes[k] + steps[n] if plain else near[n]
-                if marks[node] == 2:
-                    continue
-                if total == nodes.size:
-                    return -1
-                if marks[node] == 0:
-                    value = max(abs(level[nodes[k]]), least * flat)
-                    value = flat if value > FLAT * flat else value
-                    level[node] = value if level[nodes[k]] > 0 else -value
-                marks[node] = 2
-                nodes[total] = node
-                total += 1
-        start = stop
-    return total
-
-
-@njit(cache=True, nogil=True)
-def order(nodes, count, columns, starts, result):
-    """Nodes in ascending order: counted by rows, then sorted within each; ``starts`` all zero."""
-    for k in range(count):
-        starts[nodes[k] // columns + 1] += 1
-    for row in range(starts.size - 1):
-        starts[row + 1] += starts[row]
-    for k in range(count):
-        row = nodes[k] // columns
-        result[starts[row]] = nodes[k]
-        starts[row] += 1
-    begin = 0
-    for row in range(starts.size - 1):
-        end = starts[row]
-        if end - begin > 1:
-            result[begin:end].sort()
-        begin = end
-
-
-@njit(cache=True, nogil=True)
-def principal(first, pieces, step, size, nodes, shape, periodic, known, fields, pair, grams, folds):
-    """Cauchy-Green tensors of the map in the cells between particles, and how many are folded."""
-    marks = known.reshape(known.size)
-    flat = fields.reshape(known.size, fields.shape[-1])
-    row, columns = shape[1] * shape[2], shape[2]
-    edge = np.empty(4 * len(pair), np.int64)
-    matrix, inverse = np.empty((4, 3)), np.empty((3, 3))
-    center, half = np.empty(3), np.empty(3)
-    for piece in range(first, pieces, step):
-        folded = 0
-        for p in range(piece * size, min((piece + 1) * size, nodes.size)):
-            for a in range(3):
-                for b in range(3):
-                    grams[p, a, b] = 1.0 if a == b else 0.0
-            i, m, c = nodes[p] // row, (nodes[p] // columns) % shape[1], nodes[p] % columns
-            if not corners(nodes[p], i, m, c, shape, periodic, marks, pair, edge):
-                continue
-            stretch(flat, edge, i, m, c, pair, matrix, center, half)
-            folded += not invert(matrix, inverse) > 0.0
-            for a in range(3):
-                for b in range(3):
-                    total = 0.0
-                    for k in range(3):
-                        total += matrix[k, a] * matrix[k, b]
-                    grams[p, a, b] = total
-        folds[piece] = folded
-
-
-@njit(cache=True, nogil=True)
-def strain(
-    first, pieces, step, size, nodes, shape, periodic, known, fields, rates, pair, largest
-):  # fmt: skip
-    """Largest row sum of |du_i/dx_j| in each piece; ``rates`` hold velocities as displacements."""
-    marks = known.reshape(known.size)
-    flat = fields.reshape(known.size, fields.shape[-1])
-    speeds = rates.reshape(known.size, rates.shape[-1])
-    row, columns = shape[1] * shape[2], shape[2]
-    edge = np.empty(4 * len(pair), np.int64)
-    matrix, inverse, growth = np.empty((4, 3)), np.empty((3, 3)), np.empty((4, 3))
-    center, half = np.empty(3), np.empty(3)
-    for piece in range(first, pieces, step):
-        top = 0.0
-        for p in range(piece * size, min((piece + 1) * size, nodes.size)):
-            i, m, c = nodes[p] // row, (nodes[p] // columns) % shape[1], nodes[p] % columns
-            if not corners(nodes[p], i, m, c, shape, periodic, marks, pair, edge):
-                continue
-            stretch(flat, edge, i, m, c, pair, matrix, center, half)
-            if not invert(matrix, inverse) > 0.0:
-                continue
-            stretch(speeds, edge, i, m, c, pair, growth, center, half)
-            for a in range(3):
-                growth[a, a] -= 1.0
-                total = 0.0
-                for b in range(3):
-                    part = 0.0
-                    for k in range(3):
-                        part += growth[a, k] * inverse[k, b]
-                    total += abs(part)
-                top = max(top, total)
-        largest[piece] = top

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset import _lookup
+from levelset import _lattice, _layers, _lookup
 from levelset.band import Band
+from levelset.nodal import axes
 from levelset.profile import LEVEL
 from levelset.scratch import borrow, give_back
 from remesh.errors import InputError
@@ -34,7 +35,7 @@ class Lattice:
     ) -> None:
         self.grid, self.nodes = grid, nodes
         self.threads = thread_count(threads)
-        self.shape, self.wraps = _three(grid)
+        self.shape, self.wraps = map(np.array, axes(grid))
         self.mid = (0, 0) if grid.ndim == 3 else (0,)  # corners of a cell along the middle axis
         mesh = tuple(int(n) for n in self.shape)
         self.known = borrow("known", mesh, np.uint8)  # zero but at the nodes
@@ -55,7 +56,7 @@ class Lattice:
         grams = np.empty((len(self.nodes), 3, 3))
         folds = np.zeros(self.pieces, np.int64)
         share(
-            _lookup.principal, self.pieces, self.threads, self.size, self.nodes, self.shape,
+            _lattice.principal, self.pieces, self.threads, self.size, self.nodes, self.shape,
             self.wraps, self.known, self.fields, self.mid, grams, folds,
         )  # fmt: skip
         if folds.any():
@@ -83,7 +84,7 @@ class Lattice:
         )  # fmt: skip
         largest = np.zeros(self.pieces)
         share(
-            _lookup.strain, self.pieces, self.threads, self.size, self.nodes, self.shape,
+            _lattice.strain, self.pieces, self.threads, self.size, self.nodes, self.shape,
             self.wraps, self.known, self.fields, rates, self.mid, largest,
         )  # fmt: skip
         return float(largest.max(initial=0.0))
@@ -177,15 +178,15 @@ def around(
 
     ``marks``: 1 at the ``nodes``, where the flat ``field`` is known; both are used up.
     """
-    shape, wraps = _three(grid)
+    shape, wraps = map(np.array, axes(grid))
     core = np.empty(len(nodes), np.int64)
     bound = CORE * LEVEL * width
-    count = _lookup.select(nodes, field, marks, bound, shape, wraps, core)
+    count = _layers.select(nodes, field, marks, bound, shape, wraps, core)
     layers = math.ceil((OUTER - INNER) * width / grid.spacing) + more
     room = min(grid.size, 4 * len(nodes) + 1024)
     while True:
         wide = np.empty(room, np.int64)
-        total = _lookup.widen(
+        total = _layers.widen(
             core, count, layers, shape, wraps, marks, field, LEVEL * width, LEAST, wide
         )
         if total >= 0:
@@ -194,7 +195,7 @@ def around(
         room = min(grid.size, 2 * room)
     kept = np.empty(total, np.int64)
     starts = np.zeros(grid.size // grid.shape[-1] + 1, np.int64)
-    _lookup.order(wide, total, grid.shape[-1], starts, kept)
+    _layers.order(wide, total, grid.shape[-1], starts, kept)
     return Band(grid, kept, field[kept])
 
 
@@ -204,10 +205,3 @@ def places(grid: Grid, nodes: Nodes) -> Array:
     return np.stack(
         [x0 + grid.spacing * i for x0, i in zip(grid.origin, indices, strict=True)], axis=1
     )
-
-
-def _three(grid: Grid) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Shape and periodic axes as the loops take them: three axes, the middle one of one node."""
-    shape = np.array((grid.shape[0], *(grid.shape[1:-1] or (1,)), grid.shape[-1]), np.int64)
-    wraps = (grid.periodic[0], grid.ndim == 3 and grid.periodic[1], grid.periodic[-1])
-    return shape, np.array(wraps)
