@@ -25,7 +25,33 @@ GAUSS = 200  # points of the quadrature of a slot's moments
 
 
 @dataclass(frozen=True)
-class SlottedDisk(Shape):
+class _Slotted(Shape):
+    """A disk or a ball with a slot cut upward from its lowest point."""
+
+    radius: float = 15.0  # [L]
+    width: float = 5.0  # of the slot, along x [L]
+    depth: float = 25.0  # from the lowest point to the slot's end [L]
+    center: Point = field(default=(0.0, 0.0), kw_only=True)  # [L]
+
+    def __post_init__(self) -> None:
+        """Refuse a slot that is wider than the body, or does not end inside it."""
+        store_lengths(self, "radius", "width", "depth")
+        store_vector(self, "center", self.ndim)
+        _refuse_open_slot(self)
+
+    @property
+    def _end(self) -> float:
+        """Height of the slot's end above the centre."""
+        return self.depth - self.radius
+
+    @property
+    def _reach(self) -> float:
+        """Depth of the slot's mouth below the centre; a wall's plane cuts a ball in this radius."""
+        return math.sqrt(self.radius**2 - 0.25 * self.width**2)
+
+
+@dataclass(frozen=True)
+class SlottedDisk(_Slotted):
     """A disk with a slot cut upward from its lowest point; Zalesak's disk by default.
 
     Exact everywhere: the nearest of the arc, the two walls and the slot's end.
@@ -37,26 +63,10 @@ class SlottedDisk(Shape):
     depth: float = 25.0  # from the disk's lowest point to the slot's end [L]
     center: Point = field(default=(0.0, 0.0), kw_only=True)  # of the disk [L]
 
-    def __post_init__(self) -> None:
-        """Refuse a slot that is wider than the disk, or does not end inside it."""
-        store_lengths(self, "radius", "width", "depth")
-        store_vector(self, "center", 2)
-        _refuse_open_slot(self)
-
     @property
     def ndim(self) -> int:
         """2."""
         return 2
-
-    @property
-    def _end(self) -> float:
-        """Height of the slot's end above the centre."""
-        return self.depth - self.radius
-
-    @property
-    def _reach(self) -> float:
-        """Depth of the slot's mouth below the centre."""
-        return math.sqrt(self.radius**2 - 0.25 * self.width**2)
 
     @property
     def volume(self) -> float:
@@ -103,7 +113,7 @@ class SlottedDisk(Shape):
 
 
 @dataclass(frozen=True)
-class SlottedSphere(Shape):
+class SlottedSphere(_Slotted):
     """A ball with a slot cut upward from its lowest point; Zalesak's sphere by default.
 
     The slot is |x - x0| < width/2 below its end, ``depth`` above the lowest point, open along y
@@ -118,26 +128,10 @@ class SlottedSphere(Shape):
     depth: float = 12.5  # from the lowest point to the slot's end, along z [L]
     center: Point = field(default=(0.0, 0.0, 0.0), kw_only=True)  # of the ball [L]
 
-    def __post_init__(self) -> None:
-        """Refuse a slot that is wider than the ball, or does not end inside it."""
-        store_lengths(self, "radius", "width", "depth")
-        store_vector(self, "center", 3)
-        _refuse_open_slot(self)
-
     @property
     def ndim(self) -> int:
         """3."""
         return 3
-
-    @property
-    def _end(self) -> float:
-        """Height of the slot's end above the centre."""
-        return self.depth - self.radius
-
-    @property
-    def _reach(self) -> float:
-        """Radius of the circle in which a wall's plane cuts the ball."""
-        return math.sqrt(self.radius**2 - 0.25 * self.width**2)
 
     @property
     def volume(self) -> float:
@@ -223,13 +217,11 @@ class SlottedSphere(Shape):
         return np.asarray(np.where(inside, -away, away))
 
 
-def _refuse_open_slot(shape: SlottedDisk | SlottedSphere) -> None:
+def _refuse_open_slot(shape: _Slotted) -> None:
     """Refuse a slot that splits the shape, or misses it."""
     half, radius, end = 0.5 * shape.width, shape.radius, shape.depth - shape.radius
     if half >= radius or math.hypot(half, end) >= radius or end <= -shape._reach:
-        name, word = (
-            ("SlottedDisk", "disk") if isinstance(shape, SlottedDisk) else ("SlottedSphere", "ball")
-        )
+        name, word = type(shape).__name__, "disk" if shape.ndim == 2 else "ball"
         raise InputError(
             f"{name}: the slot ({shape.width} wide, {shape.depth} deep) must end inside "
             f"the {word} of radius {radius}",
