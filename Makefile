@@ -8,6 +8,8 @@ OUT := out
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 DEMOS := $(patsubst demos/%.py,%,$(sort $(wildcard demos/*.py)))
 PYTEST_ARGS ?=
+# each core takes a test file at a time
+SHARES := -n logical --dist loadfile
 
 .DEFAULT_GOAL := help
 .PHONY: help install dev demo demos cases test lint types check faults bench lock clean distclean $(DEMOS:%=demo-%)
@@ -63,7 +65,7 @@ cases: $(VENV)/.installed ## every named case; make cases QUICK=--quick shortens
 	done
 
 test: $(VENV)/.developed ## the tests
-	@$(BIN)/python -m pytest $(PYTEST_ARGS)
+	@$(BIN)/python -m pytest $(SHARES) $(PYTEST_ARGS)
 
 lint: $(VENV)/.developed ## style, format and the direction of imports
 	@$(BIN)/ruff check .
