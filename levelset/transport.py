@@ -19,6 +19,7 @@ from levelset.redistancing import redistance, redistance_band
 from levelset.sampled import Sampled
 from levelset.seams import across_seams, image_distance
 from levelset.shape import Shape
+from levelset.specks import specks
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
@@ -279,8 +280,13 @@ class ParticleLevelSet:
                 )
 
     def _redistanced(self, band: Band) -> Band:
-        near = redistance_band(band.values, self.grid, band.nodes, self.reach, threads=self.threads)
-        return Band(self.grid, near.nodes, profile(near.values, self.reach))
+        """Profiles of distances; a drop of one node, which no redistancing would end, is let go."""
+        if not (band.values < 0).any():
+            return band
+        near = redistance_band(band, width=self.reach, threads=self.threads)
+        values = near.values.copy()
+        values[np.searchsorted(near.nodes, specks(near))] *= -1.0
+        return Band(self.grid, near.nodes, profile(values, self.reach))
 
     def _gradient(self, state: Interface) -> float:
         """Largest row sum of |du_i/dx_j| where the particles are, by differences of neighbours."""

@@ -475,11 +475,12 @@ def test_looking_at_a_state_does_not_lend_it_out():
     assert start.values.max() < 1.0
 
 
-def test_an_interface_that_has_shrunk_to_nothing_is_carried_on_as_nothing():
+@pytest.mark.parametrize("redistancing", [None, 2])
+def test_an_interface_that_has_shrunk_to_nothing_is_carried_on_as_nothing(redistancing):
     def sink(time: float, at: np.ndarray) -> np.ndarray:  # between nodes: none stays inside
         return -2.0 * (at - np.array([0.5, 0.75]) - 0.5 / 64)
 
-    flow = ParticleLevelSet(grid=UNIT, velocity=sink)
+    flow = ParticleLevelSet(grid=UNIT, velocity=sink, redistancing=redistancing)
     end = carried(flow, flow.start(CIRCLE), 3.0, 60)
     assert flow.ledger(end)["volume"] == 0.0
     assert end.size == 0
