@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
+from levelset.given import check_grid
 from levelset.interface import Interface
 from levelset.lookup import Lattice, around, places, remeshed
 from levelset.profile import LEVEL, distance_of, profile
@@ -63,8 +64,7 @@ class ParticleLevelSet:
         """Refuse settings that cannot be computed with."""
         get_kernel(self.kernel)
         get_scheme(self.time_scheme)
-        if not isinstance(self.grid, Grid):
-            raise InputError(f"grid must be a Grid, got {self.grid!r}", hint="remesh.Grid(...)")
+        check_grid(self.grid)
         axes = getattr(self.velocity, "ndim", self.grid.ndim)
         if not callable(self.velocity) or axes != self.grid.ndim:
             raise InputError(
@@ -173,8 +173,7 @@ class ParticleLevelSet:
 
     def distance(self, state: Interface) -> Band:
         """The signed distance [L] on the nodes near the interface."""
-        band = self.band(state)
-        return redistance_band(band.values, self.grid, band.nodes, self.reach, threads=self.threads)
+        return redistance_band(self.band(state), width=self.reach, threads=self.threads)
 
     def rebuild(
         self, state: Interface, points: Array, *, radius: float = 0.8, degree: int = 2

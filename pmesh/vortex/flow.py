@@ -30,10 +30,10 @@ from pmesh.vortex.schemes import Carried, carry, on_mesh
 from pmesh.vortex.solvers import solver_for
 from pmesh.vortex.state import Load, State
 from pmesh.vortex.window import Window, let_go
-from remesh.errors import BlowUpError, InputError
+from remesh.errors import BlowUpError
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
-from remesh.limit import Limit, tightest
+from remesh.limit import Limit, check_step, tightest
 from remesh.nodes import sample_nodes
 from remesh.particles import distortion
 from remesh.paths import SCHEMES
@@ -115,8 +115,7 @@ class VortexFlow:
 
     def step(self, state: State, dt: float) -> State:
         """The state one step of dt [T] later; refuses a dt that is not positive and finite."""
-        if not (math.isfinite(dt) and dt > 0):
-            raise InputError(f"dt must be positive and finite, got {dt}", hint="flow.limit(state)")
+        dt = check_step(dt)
         ahead = foresee(self.bodies, state, self.contact, dt)
         state = self._roomy(state, dt, ahead.poses)
         passage = Passage.planned(state, self._wall(state), ahead, dt) if self.bodies else None
