@@ -160,7 +160,7 @@ def test_the_momentum_given_is_the_change_of_the_vorticitys_impulse():
     """What a force density creates has its impulse, spread or not, to round-off."""
     flow = past()
     state = after(flow, 0.05, 1)[-1]
-    wall = flow._wall(state)
+    wall = flow.engine.wall(state)
     for spread in (0.0, 0.05 * flow.viscosity):
         created = wall.created(state.constraint.force, spread)
         row = flow.ledger(replace(state, vorticity=created))
@@ -231,7 +231,7 @@ def test_the_residual_is_the_one_of_the_law_for_the_flow_that_is_left():
     """lambda chi (u_s - u) over the last half step is the impulse, with u of the new vorticity."""
     flow, dt = past(penalisation=Penalisation(tolerance=1e-6)), 0.05
     before, now = after(flow, dt, 3)[-2:]
-    wall = flow._wall(now)
+    wall = flow.engine.wall(now)
     window, chi, root = wall.window(wall.near), wall.mask().chi, wall.mask().root
     u = flow.velocity(now)
     around = sum(np.roll(u, shift, axis) for shift in (-1, 1) for axis in (1, 2))
@@ -313,7 +313,7 @@ def test_the_wall_of_a_body_beside_a_periodic_axis_is_whole():
 
 def test_the_window_of_a_box_that_sticks_out_is_what_lies_on_the_mesh():
     flow = past()
-    wall = flow._wall(flow.start())
+    wall = flow.engine.wall(flow.start())
     assert isinstance(wall, Wall)
     box = Grid((20, 10), wall.grid.spacing, np.array(wall.grid.origin) - 5 * wall.grid.spacing)
     window = wall.window(box)
@@ -349,7 +349,7 @@ def test_the_indicator_is_among_the_fields():
     area = chi.sum() * state.grid.cell_volume
     inner = math.sqrt(area / math.pi)
     drawn_in = (1 - inner) / state.grid.spacing
-    assert drawn_in == pytest.approx(flow._wall(state).offset(), abs=0.1)
+    assert drawn_in == pytest.approx(flow.engine.wall(state).offset(), abs=0.1)
 
 
 def test_the_impulse_tells_no_force_while_vorticity_leaves_a_fixed_mesh():

@@ -117,7 +117,7 @@ def walled(*bodies):
     """The wall that holds bodies where they start, on a mesh around the origin."""
     grid = Grid((160, 80), 1 / 128, (-79.5 / 128, -39.5 / 128))
     flow = VortexFlow(grid=grid, viscosity=0.01, bodies=bodies, threads=1)
-    return flow._wall(flow.start())
+    return flow.engine.wall(flow.start())
 
 
 def test_kinetic_energy_is_that_of_translation_spin_and_bending():

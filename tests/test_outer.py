@@ -26,8 +26,8 @@ def swum(section: str, steps: int = 12) -> VortexFlow:
 def test_the_flow_has_the_divergence_of_the_bodies_and_no_curl():
     flow = swum("rigid")
     state = replace(flow.start(), poses=(replace(flow.bodies[0].start(), time=1.2),))
-    wall = flow._wall(state)
-    u = swelling_flow(wall, flow._solver(GRID))
+    wall = flow.engine.wall(state)
+    u = swelling_flow(wall, flow.engine.solver(GRID))
     source = swelling(wall.bodies, wall.poses, GRID, wall.settings.width * H)
     inner = (slice(4, -4), slice(4, -4))
     told = divergence(u, GRID, order=6)[inner]

@@ -70,13 +70,18 @@ class Carrier:
         if not isinstance(self.flow, VortexFlow):
             raise InputError(f"flow must be a VortexFlow, got {self.flow!r}",
                              hint="Carrier(flow=VortexFlow(grid=grid))")  # fmt: skip
+        if not isinstance(self.flow.grid, Grid):
+            raise InputError(
+                "an interface goes with a flow on a uniform grid, this one is adaptive",
+                hint="VortexFlow(grid=remesh.Grid((256, 256), 1 / 64))",
+            )
         if self.grid is not None and not isinstance(self.grid, Grid):
             raise InputError(f"grid of the interface must be a Grid, got {self.grid!r}",
                              hint="grid=remesh.Grid((128, 128), 1 / 64)")  # fmt: skip
-        if self.grid is not None and self.grid.ndim != self.flow.grid.ndim:
+        if self.grid is not None and self.grid.ndim != self.flow.lattice.ndim:
             raise InputError(
                 f"the interface's grid has {self.grid.ndim} dimensions, the flow's "
-                f"{self.flow.grid.ndim}", hint="grids of one dimension",
+                f"{self.flow.lattice.ndim}", hint="grids of one dimension",
             )  # fmt: skip
         if not isinstance(self.options, Mapping):
             raise InputError(f"options of the interface must be a dict, got {self.options!r}",
@@ -175,7 +180,7 @@ class Carrier:
         return self._level_set(_rest)
 
     def _level_set(self, velocity: Callable[[float, Array], Array]) -> ParticleLevelSet:
-        grid = self.flow.grid if self.grid is None else self.grid
+        grid = self.flow.lattice if self.grid is None else self.grid
         return ParticleLevelSet(grid=grid, velocity=velocity, **self.options)
 
     def _velocity(self, *states: State) -> Callable[[float, Array], Array]:

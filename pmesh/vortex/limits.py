@@ -11,7 +11,7 @@ from pmesh.bodies.body import Body
 from pmesh.bodies.motion import Free, Prescribed
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.spring import likely_inertia, spring_constants
-from pmesh.vortex.state import State
+from pmesh.vortex.state import FlowState
 from remesh.limit import Limit
 
 LAW = 0.05  # of the scale of a law of motion, at most
@@ -21,7 +21,7 @@ DROP = 0.0625  # the same in the first step, which does not know the acceleratio
 SWING = 0.5  # radians of a spring's swing
 
 
-def body_limits(bodies: Sequence[Body], state: State, viscosity: float) -> list[Limit]:
+def body_limits(bodies: Sequence[Body], state: FlowState, viscosity: float) -> list[Limit]:
     """What bodies ask of a step: see `VortexFlow.limit`."""
     if not bodies:
         return []

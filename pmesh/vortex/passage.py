@@ -14,7 +14,7 @@ from pmesh.bodies.freedom import arrived, freedom_of, outer_impulses, predicted
 from pmesh.bodies.pose import Pose
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.loads import kinetic_energy, loads_of, moments, work
-from pmesh.vortex.state import Constraint, Load, State
+from pmesh.vortex.state import Constraint, FlowState, Load
 
 Array = NDArray[np.floating[Any]]
 Values = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Ahead(NamedTuple):
     hits: Values  # impulse of contacts on each body, (bodies, 3)
 
 
-def foresee(bodies: tuple[Body, ...], state: State, contact: ContactLaw, dt: float) -> Ahead:
+def foresee(bodies: tuple[Body, ...], state: FlowState, contact: ContactLaw, dt: float) -> Ahead:
     """The poses dt [T] later, kept apart."""
     poses = predicted(bodies, state.earlier, state.poses, dt)
     return Ahead(*resolve(bodies, state.poses, poses, contact, state.grid.spacing))
@@ -56,7 +56,7 @@ class Passage:
     hit: tuple[bool, ...]  # which bodies another one pushed
 
     @classmethod
-    def planned(cls, state: State, wall: Wall, ahead: Ahead, dt: float) -> Passage:
+    def planned(cls, state: FlowState, wall: Wall, ahead: Ahead, dt: float) -> Passage:
         """The step that a state begins; on the first one no force is known."""
         assert state.constraint is not None  # there are bodies
         return cls(

@@ -20,6 +20,7 @@ from pmesh.vortex.window import Window
 from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
+from remesh.multires.mesh import AdaptiveMesh
 from remesh.paths import SCHEMES
 from remesh.threads import thread_count
 
@@ -34,9 +35,10 @@ DEEP = 4.0  # spacings from the surface to the middle of a body, at least
 
 def validate(flow: VortexFlow) -> None:
     """Refuse parameters of a flow that cannot run; lists become tuples."""
-    if not isinstance(flow.grid, Grid) or flow.grid.ndim != 2:
+    if not isinstance(flow.grid, Grid | AdaptiveMesh) or flow.grid.ndim != 2:
         raise InputError(
-            f"VortexFlow needs a 2-D grid, got {flow.grid!r}", hint="Grid((256, 128), 1/64)"
+            f"VortexFlow needs a 2-D grid or adaptive mesh, got {flow.grid!r}",
+            hint="Grid((256, 128), 1/64)",
         )
     object.__setattr__(flow, "freestream", _vector(flow.freestream, flow.grid.ndim))
     if not isinstance(flow.bodies, Iterable):
@@ -71,6 +73,32 @@ def validate(flow: VortexFlow) -> None:
         )
     _check_bodies(flow)
     _check_window(flow)
+    if isinstance(flow.grid, AdaptiveMesh):
+        _check_adaptive(flow)
+
+
+def _check_adaptive(flow: VortexFlow) -> None:
+    """Refuse what an adaptive mesh cannot do."""
+    if flow.remeshing != "always":
+        raise InputError(
+            f"on an adaptive mesh particles are remeshed at every step, got remeshing="
+            f"{flow.remeshing!r}", hint='remeshing="always"',
+        )  # fmt: skip
+    if flow.domain == "follow":
+        raise InputError(
+            'an adaptive mesh does not follow the vorticity, got domain="follow"',
+            hint="a large grid: where nothing happens it is coarse",
+        )
+    if flow.window is not None:
+        raise InputError(
+            "a window is for uniform grids, the mesh is adaptive",
+            hint="a large grid: where nothing happens it is coarse",
+        )
+    if not all(body.solenoidal for body in flow.bodies):
+        raise InputError(
+            "on an adaptive mesh bodies must deform without changing their volume",
+            hint="a swimmer whose sections keep their area, or a uniform grid",
+        )
 
 
 def _check_window(flow: VortexFlow) -> None:
@@ -91,7 +119,7 @@ def _check_window(flow: VortexFlow) -> None:
         raise InputError(
             "a window travels with the bodies, the domain is fixed", hint='domain="follow"'
         )
-    if window.wake and any(flow.grid.periodic):
+    if window.wake and any(flow.lattice.periodic):
         raise InputError(
             "the wake that leaves a window goes on to act in free space, an axis is periodic",
             hint="Window(..., wake=False)",
@@ -143,14 +171,15 @@ def _one_of(name: str, value: str, known: Iterable[str]) -> None:
 
 
 def _check_bodies(flow: VortexFlow) -> None:
+    grid = flow.lattice
     if not flow.bodies:
         return
     if flow.viscosity == 0:
         raise InputError(
             "a body holds the fluid by viscosity, which is 0 here", hint="viscosity=1/550"
         )
-    low = flow.grid.origin
-    high = tuple(start + span for start, span in zip(low, flow.grid.length, strict=True))
+    low = grid.origin
+    high = tuple(start + span for start, span in zip(low, grid.length, strict=True))
     for number, body in enumerate(flow.bodies):
         if not all(
             hasattr(body, name)
@@ -160,9 +189,9 @@ def _check_bodies(flow: VortexFlow) -> None:
                 f"bodies[{number}] is a {type(body).__name__}, not a body",
                 hint="pmesh.RigidBody(levelset.shapes.Disk(radius=0.5))",
             )
-        if body.ndim != flow.grid.ndim:
+        if body.ndim != grid.ndim:
             raise InputError(
-                f"bodies[{number}] has {body.ndim} dimensions, the grid {flow.grid.ndim}",
+                f"bodies[{number}] has {body.ndim} dimensions, the grid {grid.ndim}",
                 hint="a plane shape, such as levelset.shapes.Disk",
             )
         first, last = body.bounds(body.start())
@@ -180,12 +209,11 @@ def _check_bodies(flow: VortexFlow) -> None:
             raise InputError(
                 f"bodies[{number}] cannot be hashed", hint="a frozen dataclass that holds tuples"
             ) from error
-    _check_room(flow)
+    _check_room(flow, grid)
 
 
-def _check_room(flow: VortexFlow) -> None:
+def _check_room(flow: VortexFlow, grid: Grid) -> None:
     """Refuse bodies that the mesh cannot see, and boxes that the Poisson solve cannot serve."""
-    grid = flow.grid
     if all(grid.periodic):
         raise InputError(
             "bodies need an unbounded axis, all axes of the grid are periodic",

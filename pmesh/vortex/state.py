@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from pmesh.bodies.pose import Pose
 from remesh.grid import Grid
+from remesh.multires.blocks import Blocks
 
 Array = NDArray[np.floating[Any]]
 
@@ -52,26 +53,47 @@ NO_WAKE = Wake()
 
 
 @dataclass(frozen=True, kw_only=True)
-class State:
-    """A vortex flow at one instant. A value: a step makes a new one."""
+class FlowState:
+    """What a vortex flow knows at one instant, on any mesh. A value: a step makes a new one."""
 
     time: float  # [T]
     step: int  # steps taken since the start
-    grid: Grid  # the mesh now; it grows with the vorticity
-    vorticity: Array  # on the nodes, grid.shape [1/T]
+    grid: Grid  # the mesh now, the finest one if it is adaptive
     gradient: float  # largest |grad u| seen by the last step [1/T]
     speed: float  # largest |u| seen by the last step [L/T]
-    strengths: Array | None = None  # of particles that were not remeshed, by home node [1/T]
-    displacement: Array | None = None  # of those particles from home, (ndim, *shape) [L]
     poses: tuple[Pose, ...] = ()  # one per body
     earlier: tuple[Pose, ...] = ()  # the poses a step before; none at the start
     constraint: Constraint | None = None  # None without bodies
     loads: tuple[Load, ...] = ()  # one per body
     impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse
     lost_circulation: float = 0.0  # that left through unbounded edges since the start [L^2/T]
-    wake: Wake = NO_WAKE  # that left a window
 
     @property
     def size(self) -> int:
         """Nodes that a step moves."""
         return self.grid.size
+
+
+@dataclass(frozen=True, kw_only=True)
+class State(FlowState):
+    """A vortex flow on a uniform mesh, which may grow with the vorticity."""
+
+    vorticity: Array  # on the nodes, grid.shape [1/T]
+    strengths: Array | None = None  # of particles that were not remeshed, by home node [1/T]
+    displacement: Array | None = None  # of those particles from home, (ndim, *shape) [L]
+    wake: Wake = NO_WAKE  # that left a window
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptiveState(FlowState):
+    """A vortex flow on the blocks of an adaptive mesh."""
+
+    blocks: Blocks
+    vorticity: Array  # on the blocks, blocks.shape [1/T]
+    busy: NDArray[np.bool_]  # cells of 4^ndim nodes that the mesh must follow, see `adapt`
+    tolerance: float  # that the mesh was adapted to, relative to the largest vorticity
+
+    @property
+    def size(self) -> int:
+        """Nodes that a step moves."""
+        return self.blocks.active

@@ -76,6 +76,14 @@ class Blocks:
         none = np.empty((0, mesh.ndim), np.int64)
         return cls.around(mesh, [none] * level + [everywhere])
 
+    def joined(self, level: int, places: Places) -> Blocks:
+        """The same mesh with more blocks of a level, and those that the balance asks for."""
+        if (self.numbers_of(level, places) != ABSENT).all():
+            return self
+        wanted = [self.places[self.of(k)] for k in range(self.mesh.levels + 1)]
+        wanted[level] = np.concatenate([wanted[level], places])
+        return Blocks.around(self.mesh, wanted)
+
     @property
     def size(self) -> int:
         """Number of blocks."""

@@ -1,0 +1,294 @@
+"""The step of a vortex flow on a uniform mesh, which grows and follows where it is asked to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pmesh.bodies.mask import at_rest
+from pmesh.bodies.pose import Pose
+from pmesh.vortex import ledger
+from pmesh.vortex.constraint import Wall
+from pmesh.vortex.domain import SIGNIFICANT, room
+from pmesh.vortex.engine import EDGE, Engine, largest
+from pmesh.vortex.loads import inertia_force
+from pmesh.vortex.outer import Outer, swelling_flow
+from pmesh.vortex.passage import Passage, foresee
+from pmesh.vortex.recipe import checked_vorticity
+from pmesh.vortex.schemes import Carried, carry, on_mesh
+from pmesh.vortex.state import State
+from pmesh.vortex.window import let_go
+from remesh.errors import BlowUpError
+from remesh.grid import Grid
+from remesh.kernels import get_kernel
+from remesh.nodes import sample_nodes
+from remesh.particles import distortion
+from remesh.paths import SCHEMES
+from remesh.stencils import max_gradient_norm
+
+Array = NDArray[np.floating[Any]]
+
+FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
+
+
+class UniformEngine(Engine[State]):
+    """Steps of a vortex flow on one uniform mesh: see `VortexFlow`."""
+
+    def start(self, vorticity: Array | Callable[[Array], Array] | None) -> State:
+        """See `VortexFlow.start`."""
+        values = checked_vorticity(vorticity, self.flow.lattice, np.dtype(self.flow.dtype))
+        state = State(
+            time=0.0, step=0, grid=self.flow.lattice, vorticity=values, gradient=0.0, speed=0.0,
+            impulse_force=(math.nan, math.nan),
+        )  # fmt: skip
+        if self.flow.bodies:
+            poses = tuple(body.start() for body in self.flow.bodies)
+            state = self._roomy(replace(state, poses=poses), 0.0, poses)
+            wall = self.wall(state)
+            created, held = self.launched(wall, self.velocity(state))
+            state = replace(state, vorticity=state.vorticity + created, **held)
+        return self._measured(state, self.velocity(state))
+
+    def step(self, state: State, dt: float) -> State:
+        """See `VortexFlow.step`."""
+        ahead = foresee(self.flow.bodies, state, self.flow.contact, dt)
+        state = self._roomy(state, dt, ahead.poses)
+        passage = Passage.planned(state, self.wall(state), ahead, dt) if self.flow.bodies else None
+        outer = self._outer(state, passage)
+        half, velocity = self._first_half(state, passage, outer[0], dt)
+        displacement = carry(
+            _particles(half), velocity, self._inducer(state.grid, outer), state.grid, dt,
+            SCHEMES[self.flow.time_scheme], self.flow.kernel, self.flow.threads,
+        )  # fmt: skip
+        moved = Carried(_particles(half).strengths, displacement)
+        after = self._second_half(half, moved, passage, outer[1], dt)
+        return self._measured(self._pushed(state, after, outer, dt), velocity)
+
+    def velocity(self, state: State) -> Array:
+        """Velocity on the nodes, free stream included, shape (2, *grid.shape) [L/T]."""
+        solver = self.solver(state.grid)
+        velocity = solver.velocity(state.vorticity, freestream=self.flow.freestream)
+        return _added(velocity, self._outer(state, None)[0])
+
+    def ledger(self, state: State) -> Mapping[str, float]:
+        """Integrals of the vorticity, and what left the mesh."""
+        impulse = ledger.impulse(state.vorticity, state.grid)
+        return {
+            "circulation": ledger.circulation(state.vorticity, state.grid),
+            "impulse_x": impulse[0],
+            "impulse_y": impulse[1],
+            "angular_moment": ledger.angular_moment(state.vorticity, state.grid),
+            "enstrophy": ledger.enstrophy(state.vorticity, state.grid),
+            "lost_circulation": state.lost_circulation,
+            "nodes": float(state.grid.size),
+        }
+
+    def fields(self, state: State) -> Mapping[str, Array]:
+        """Vorticity and velocity on the nodes; with bodies their indicator too."""
+        fields = {"vorticity": state.vorticity, "velocity": self.velocity(state)}
+        if self.flow.bodies:
+            wall = self.wall(state)
+            chi = np.zeros(state.grid.shape, state.vorticity.dtype)
+            window = wall.window(wall.near)
+            chi[window.mesh] = wall.mask().chi[window.box]
+            fields["chi"] = chi
+        return fields
+
+    def _first_half(
+        self, state: State, passage: Passage | None, outer: Array | None, dt: float
+    ) -> tuple[State, Array]:
+        """Half of the spread and of the last known force: the state, and its velocity."""
+        spread, solver = 0.5 * dt * self.flow.viscosity, self.solver(state.grid)
+        vorticity = state.vorticity
+        if passage is not None and passage.given is not None:
+            vorticity = solver.diffuse(vorticity, spread)
+            vorticity += passage.before.created(passage.given, spread)
+            velocity = solver.velocity(vorticity, freestream=self.flow.freestream)
+        elif passage is None and spread > 0:
+            vorticity, velocity = solver.diffuse_and_velocity(
+                vorticity, spread, freestream=self.flow.freestream
+            )
+        else:
+            velocity = solver.velocity(vorticity, freestream=self.flow.freestream)
+        particles = self._told(_particles(state), state.vorticity, vorticity, state.grid)
+        half = replace(
+            state,
+            vorticity=vorticity,
+            strengths=None if state.strengths is None else particles.strengths,
+            lost_circulation=state.lost_circulation
+            + ledger.cut(state.vorticity, vorticity, state.grid),
+        )
+        return half, _added(velocity, outer)
+
+    def _second_half(
+        self, state: State, moved: Carried, passage: Passage | None, outer: Array | None, dt: float
+    ) -> State:
+        """The other half of the spread and the force that holds the bodies: the next state."""
+        grid, solver = state.grid, self.solver(state.grid)
+        mesh, dropped = on_mesh(moved, grid, self.flow.kernel, self.flow.threads)
+        gone = on_mesh(_particles(state), grid, self.flow.kernel, self.flow.threads).dropped
+        after = replace(state, time=state.time + dt, step=state.step + 1)
+        if passage is None:
+            spread = 0.5 * dt * self.flow.viscosity
+            vorticity = solver.diffuse(mesh, spread) if spread > 0 else mesh
+        else:
+            vorticity, velocity = solver.diffuse_and_velocity(
+                mesh,
+                self.flow.viscosity * passage.tau,
+                freestream=self.flow.freestream,
+                rows=passage.after.rows,
+            )
+            speed = self.reference(state.speed, passage.after.poses)
+            held = passage.arrive(_added(velocity, outer), speed)
+            vorticity += held.created
+            after = replace(
+                after, constraint=held.constraint, loads=held.loads, poses=held.poses,
+                earlier=held.earlier,
+            )  # fmt: skip
+        lost = float(dropped - gone) + ledger.cut(mesh, vorticity, grid)
+        after = replace(after, lost_circulation=state.lost_circulation + lost)
+        return self._remeshed(after, moved, mesh, vorticity)
+
+    def _remeshed(self, state: State, moved: Carried, mesh: Array, vorticity: Array) -> State:
+        """The state with its particles back on nodes, or where they are if still in good order."""
+        state = replace(state, vorticity=vorticity, strengths=None, displacement=None)
+        if self.flow.remeshing == "always" or moved.displacement is None:
+            return state
+        live = np.abs(moved.strengths) > SIGNIFICANT * np.abs(moved.strengths).max()
+        if distortion(moved.displacement, state.grid, where=live) > self.flow.distortion:
+            return state
+        told = self._told(moved, mesh, vorticity, state.grid)
+        return replace(state, strengths=told.strengths, displacement=told.displacement)
+
+    def _told(self, particles: Carried, before: Array, after: Array, grid: Grid) -> Carried:
+        """The particles after the vorticity on the mesh changed."""
+        if particles.displacement is None or after is before:
+            return particles
+        change = sample_nodes(
+            after - before, particles.displacement, grid, self.flow.kernel, outside="zero",
+            threads=self.flow.threads,
+        )  # fmt: skip
+        return Carried(particles.strengths + change, particles.displacement)
+
+    def _pushed(self, before: State, after: State, outer: Outer, dt: float) -> State:
+        """The state with the force that its vorticity's impulse tells; a window lets wake go."""
+        if not self.flow.bodies:
+            return after
+        full = after.vorticity
+        if self.flow.window is not None:
+            after = let_go(self.flow.window, after, self.flow.bodies, self.wind(after.poses), dt)
+        elif self.flow.domain == "fixed" and room(full, after.grid, EDGE, follow=False):
+            return replace(after, impulse_force=(math.nan, math.nan))
+        force = ledger.impulse_force(
+            (before.vorticity, full), after.grid, dt, self.flow.freestream, outer
+        )
+        force += inertia_force(self.flow.bodies, before.poses, after.poses, dt)
+        return replace(after, impulse_force=tuple(float(x) for x in force))
+
+    def _outer(self, state: State, passage: Passage | None) -> Outer:
+        """Velocity that no vorticity induces, now and after the step, beside the free stream."""
+        first = self._outer_at(state, state.poses)
+        if passage is None or at_rest(self.flow.bodies, state.poses) == at_rest(
+            self.flow.bodies, passage.after.poses
+        ):
+            return first, first
+        return first, self._outer_at(state, passage.after.poses)
+
+    def _outer_at(self, state: State, poses: tuple[Pose, ...]) -> Array | None:
+        """The same with the bodies at these poses; None if there is none."""
+        total = None
+        if not all(body.solenoidal for body in self.flow.bodies):
+            total = swelling_flow(self.wall_on(state.grid, poses), self.solver(state.grid))
+        if self.flow.window is not None:
+            lee = self.flow.window.beyond(state.grid, self.flow.bodies, poses, state.wake)
+            total = total if lee is None else lee if total is None else total + lee
+        return None if total is None else total.astype(self.flow.dtype, copy=False)
+
+    def _roomy(self, state: State, dt: float, ahead: tuple[Pose, ...]) -> State:
+        """The state on a mesh with room for what the step does, bodies at its end included."""
+        spread = self.flow.viscosity * dt
+        walls = [
+            self.wall_on(state.grid, poses)
+            for poses in dict.fromkeys((state.poses, ahead))
+            if poses
+        ]
+        for wall in walls:
+            wall.stay(fixed=self.flow.domain == "fixed")
+        if self.flow.domain == "fixed":
+            return state
+        reach = state.speed * dt + 6.0 * math.sqrt(2.0 * self.flow.viscosity * dt)
+        if not reach < FARTHEST * max(state.grid.length):
+            raise BlowUpError(
+                f"a step of {dt:.3g} would carry vorticity {reach:.3g} far, "
+                f"{reach / max(state.grid.length):.3g} times the mesh",
+                hint="a smaller dt, or a smaller deformation",
+            )
+        margin = math.ceil(reach / state.grid.spacing) + get_kernel(self.flow.kernel).half_width + 2
+        moving = state.displacement is not None
+        shift = room(
+            state.vorticity, state.grid, margin, follow=self.flow.domain == "follow" and not moving
+        )
+        if self.flow.window is not None:
+            shift = self.flow.window.clipped(shift, state.grid, self.flow.bodies, state.poses)
+        for wall in walls:
+            shift = shift.covering(state.grid, wall.wide(spread))
+        if not shift:
+            return state
+        vorticity = shift.field(state.vorticity)
+        grid = shift.grid(state.grid)
+        before = ledger.circulation(state.vorticity, state.grid)
+        return replace(
+            state,
+            grid=grid,
+            vorticity=vorticity,
+            strengths=None if state.strengths is None else shift.field(state.strengths),
+            displacement=None if state.displacement is None else shift.field(state.displacement),
+            lost_circulation=state.lost_circulation + before - ledger.circulation(vorticity, grid),
+        )
+
+    def _measured(self, state: State, velocity: Array) -> State:
+        """The state with the gradient and speed of this velocity."""
+        gradient = max_gradient_norm(velocity, state.grid, threads=self.flow.threads)
+        if not math.isfinite(gradient):
+            raise BlowUpError("the velocity is not finite", hint="a smaller deformation")
+        return replace(state, gradient=gradient, speed=largest(velocity))
+
+    def _inducer(self, grid: Grid, outer: Outer) -> Callable[[Array, float], Array]:
+        """The law from vorticity on the nodes, and the part of the step gone by, to velocity."""
+        solver = self.solver(grid)
+
+        def velocity(vorticity: Array, part: float) -> Array:
+            induced = solver.velocity(vorticity, freestream=self.flow.freestream)
+            return _added(induced, _between(outer, part))
+
+        return velocity
+
+    def wall(self, state: State) -> Wall:
+        """The bodies on the mesh of a state."""
+        return self.wall_on(state.grid, state.poses)
+
+
+def _particles(state: State) -> Carried:
+    """The state's vorticity as particles, on their nodes unless they were not remeshed."""
+    strengths = state.vorticity if state.strengths is None else state.strengths
+    return Carried(strengths, state.displacement)
+
+
+def _added(velocity: Array, outer: Array | None) -> Array:
+    """A velocity and another, if there is one."""
+    if outer is not None:
+        velocity += outer
+    return velocity
+
+
+def _between(outer: Outer, part: float) -> Array | None:
+    """The outer velocity at a part of the step."""
+    first, last = outer
+    if first is None or last is None:
+        return first
+    return first if first is last else (1.0 - part) * first + part * last
