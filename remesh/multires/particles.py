@@ -1,0 +1,79 @@
+"""Nodes of an adaptive mesh as particles: how their arrays are checked and laid out for loops."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remesh.errors import InputError
+from remesh.kernels import Kernel, get_kernel, table
+from remesh.layout import FAR, precision
+from remesh.multires.blocks import Blocks
+
+Array = NDArray[np.floating[Any]]
+
+
+def check_values(values: Array, blocks: Blocks, what: str = "values") -> Array:
+    """The values as an array of `precision`; refuses any shape but ``([c,] *blocks.shape)``."""
+    given = np.asarray(values)
+    extra = given.ndim - len(blocks.shape)
+    if extra not in (0, 1) or given.shape[extra:] != blocks.shape:
+        raise InputError(
+            f"{what} must have shape {blocks.shape} or (c, *{blocks.shape}), got {given.shape}",
+            hint="one value per node of these blocks",
+        )
+    return np.ascontiguousarray(given, precision(given))
+
+
+def check_displacement(displacement: Array, blocks: Blocks) -> Array:
+    """The displacement as an array; refuses any shape but ``(ndim, *blocks.shape)``."""
+    moves = np.asarray(displacement)
+    wanted = (blocks.mesh.ndim, *blocks.shape)
+    if moves.shape != wanted:
+        raise InputError(
+            f"displacement must have shape {wanted}, got {moves.shape}",
+            hint="velocity * dt on these blocks, one component per axis",
+        )
+    return np.ascontiguousarray(moves, precision(moves))
+
+
+def as_blocks(values: Array, blocks: Blocks) -> Array:
+    """Values as the loops take them, (components, n, nx, nm, nc); in 2-D nm = 1."""
+    edge = blocks.mesh.block
+    return values.reshape(-1, blocks.size, edge, edge if blocks.mesh.ndim == 3 else 1, edge)
+
+
+def as_three(given: tuple[Any, ...], middle: Any) -> NDArray[Any]:
+    """What is given for each axis, for the three axes of that layout."""
+    return np.array([given[0], given[1] if len(given) == 3 else middle, given[-1]])
+
+
+def inverse_spacings(blocks: Blocks, dtype: np.dtype[Any]) -> Array:
+    """One over the spacing of each block [1/L]."""
+    mesh = blocks.mesh
+    halvings = blocks.levels.astype(np.float64) - mesh.levels
+    return (2.0**halvings / mesh.grid.spacing).astype(dtype)
+
+
+def tables(kernel: str | Kernel, ndim: int, dtype: np.dtype[Any]) -> tuple[Any, ...]:
+    """A kernel as the loops take it: coefficients, taps, taps of the middle axis, terms; numbers.
+
+    Taps and terms are tuples whose lengths, constants to the compiler, are what counts; the last
+    entry holds 1/2 and `FAR` in this precision.
+    """
+    found = get_kernel(kernel)
+    coeffs = table(found, dtype)
+    taps = (0,) * found.width
+    numbers = np.array([0.5, FAR], dtype)
+    return coeffs.ravel(), taps, taps if ndim == 3 else (0,), (0,) * coeffs.shape[2], numbers
+
+
+def refuse_far(bad: int) -> None:
+    """Refuse displacements that are no usable numbers."""
+    if bad:
+        raise InputError(
+            "displacement must be finite and below 2^30 cells, it is not at some nodes",
+            hint="check the velocity and the time step",
+        )
