@@ -157,6 +157,13 @@ class Blocks:
         result[self.coarser[first:, middle], quadrant] = np.arange(first, self.size)
         return result
 
+    @cached_property
+    def sides(self) -> NDArray[np.int8]:
+        """Which half of the coarser block each block lies on, x y z; in 2-D the first is 0."""
+        result = np.zeros((self.size, 3), np.int8)
+        result[:, 3 - self.mesh.ndim :] = self.places & 1
+        return result
+
     def numbers_of(self, level: int, places: Places) -> Numbers:
         """Numbers of the blocks of a level at these places (..., ndim); see `ABSENT`."""
         from remesh.multires import _hashing

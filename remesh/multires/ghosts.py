@@ -1,0 +1,99 @@
+"""Ghosts of blocks: what lies around a block, as values of its own level."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remesh.errors import InputError
+from remesh.layout import precision
+from remesh.multires.blocks import Blocks
+from remesh.multires.wavelets import get_wavelet
+from remesh.threads import share, thread_count
+
+Array = NDArray[np.floating[Any]]
+ORDERS = (2, 4, 6, 8)  # points of a prediction
+
+
+def padded(
+    values: Array,
+    blocks: Blocks,
+    width: int,
+    *,
+    order: int | None = None,
+    threads: int | None = None,
+) -> Array:
+    """Blocks with ``width`` ghosts on each side, ``(..., n, *(block + 2 * width,) * ndim)``.
+
+    ``values`` are ``(n, *(block,) * ndim)`` or ``(c, n, ...)``. A ghost that lies in a block of the
+    same level is that block's value; beyond an unbounded end it is zero; elsewhere it is predicted
+    from the even nodes around it, those of the level where blocks are, else those of the
+    next coarser level: by the wavelet's own prediction, or by polynomials through ``order`` nodes
+    along each axis, exact for degrees below that. O(nodes); same bits for any number of threads.
+    Refuses widths beyond ``block - order``.
+    """
+    values = check_values(values, blocks)
+    weights = prediction(blocks, order, values.dtype)
+    most = blocks.mesh.block - weights.size
+    if int(width) != width or not 0 <= width <= most:
+        raise InputError(
+            f"width must be a whole number from 0 to {most} for blocks of {blocks.mesh.block} "
+            f"nodes and predictions from {weights.size}, got {width}",
+            hint="larger blocks, or a lower order",
+        )
+    from remesh.multires import _ghosts
+
+    size = blocks.mesh.block + 2 * int(width)
+    out = np.empty((*values.shape[: -blocks.mesh.ndim], *(size,) * blocks.mesh.ndim), values.dtype)
+    share(
+        _ghosts.pad, blocks.size, thread_count(threads), layers(values, blocks),
+        blocks.neighbours, blocks.coarser, blocks.sides, weights, int(width), layers(out, blocks),
+    )  # fmt: skip
+    return out
+
+
+def check_values(values: Array, blocks: Blocks) -> Array:
+    """Values on blocks as a contiguous array; refuses other shapes."""
+    found = np.asarray(values)
+    shape = blocks.shape
+    if found.shape[-len(shape) :] != shape or found.ndim not in (len(shape), len(shape) + 1):
+        raise InputError(
+            f"values must have shape {shape} or (c, *{shape}), got {found.shape}",
+            hint="values on the nodes of these blocks",
+        )
+    return np.ascontiguousarray(found, precision(found))
+
+
+def layers(values: Array, blocks: Blocks) -> Array:
+    """Values as the loops take them, ``(c, n, bx, b, b)``: in 2-D ``bx`` is 1."""
+    size = values.shape[-1]
+    return values.reshape(-1, blocks.size, size if blocks.mesh.ndim == 3 else 1, size, size)
+
+
+def prediction(blocks: Blocks, order: int | None, dtype: np.dtype[Any]) -> Array:
+    """Weights of a prediction, of the mesh's wavelet or through ``order`` nodes."""
+    if order is None:
+        return lifting_weights(blocks, dtype)[0]
+    if order not in ORDERS:
+        raise InputError(f"order must be one of {ORDERS}, got {order}", hint="order=4")
+    return _lagrange(int(order)).astype(dtype)
+
+
+def lifting_weights(blocks: Blocks, dtype: np.dtype[Any]) -> tuple[Array, Array]:
+    """Weights of the prediction and of the update of the mesh's wavelet."""
+    wavelet = get_wavelet(blocks.mesh.wavelet)
+    predict, update = ([float(w) for w in row] for row in (wavelet.predict, wavelet.update))
+    return np.array(predict, dtype), np.array(update, dtype)
+
+
+@lru_cache(maxsize=8)
+def _lagrange(order: int) -> NDArray[np.float64]:
+    """Interpolation midway between nodes by the polynomial through the ``order`` nearest."""
+    nodes = np.arange(order) - (order - 1) / 2
+    factors = [
+        [-b / (a - b) for b in nodes if b != a] for a in nodes
+    ]  # value at 0 of the polynomial that is 1 at a
+    return np.prod(factors, axis=1)
