@@ -47,7 +47,7 @@ def put(key, keys, bits):
 def corner(moves, cell, inverse, low, high):
     """Lowest and highest whole node offset of the particles of a cell, (3,) each, of the home
     node 0 of the block; whether all are numbers of a usable size."""
-    parts, nx, nm, nc = moves.shape
+    parts, nm = moves.shape[0], moves.shape[2]
     i0, m0, k0 = cell
     fine = True
     for axis in range(3):

@@ -15,18 +15,6 @@ from remesh.multires.blocks import Blocks
 Array = NDArray[np.floating[Any]]
 
 
-def check_values(values: Array, blocks: Blocks, what: str = "values") -> Array:
-    """The values as an array of `precision`; refuses any shape but ``([c,] *blocks.shape)``."""
-    given = np.asarray(values)
-    extra = given.ndim - len(blocks.shape)
-    if extra not in (0, 1) or given.shape[extra:] != blocks.shape:
-        raise InputError(
-            f"{what} must have shape {blocks.shape} or (c, *{blocks.shape}), got {given.shape}",
-            hint="one value per node of these blocks",
-        )
-    return np.ascontiguousarray(given, precision(given))
-
-
 def check_displacement(displacement: Array, blocks: Blocks) -> Array:
     """The displacement as an array; refuses any shape but ``(ndim, *blocks.shape)``."""
     moves = np.asarray(displacement)
