@@ -27,10 +27,10 @@ def span(offset, size, before, after):
 @njit(cache=True, nogil=True)
 def has_jump(around):
     """Whether a neighbour is absent."""
+    absent = 0
     for number in around:
-        if number == ABSENT:
-            return True
-    return False
+        absent += number == ABSENT
+    return absent > 0
 
 
 @njit(cache=True, nogil=True)
@@ -67,8 +67,8 @@ def overlap(offset, half, first, size):
 
 
 @njit(cache=True, nogil=True)
-def lattice(values, around, under, side, first, nodes):
-    """The even nodes around a block: of its level where blocks are, else of the coarser level.
+def lattice(values, coarse, around, under, side, first, nodes):
+    """The even nodes around a block: of its level where blocks are, else the ``coarse`` values.
 
     Node i of the lattice is node ``2 * (i - first)`` of the block; zeros farther out than the
     neighbours reach.
@@ -99,7 +99,7 @@ def lattice(values, around, under, side, first, nodes):
                     az = zs + ((side[2] + oz) & 1) * hz
                     for x in range(x0, x1):
                         for y in range(y0, y1):
-                            source = values[under[k], ax + x - x0, ay + y - y0]
+                            source = coarse[under[k], ax + x - x0, ay + y - y0]
                             for z in range(z0, z1):
                                 nodes[x, y, z] = source[az + z - z0]
 
@@ -189,6 +189,6 @@ def pad(first, pieces, step, values, around, under, sides, weights, width, out):
         for c in range(values.shape[0]):
             box = out[c, n]
             if jump:
-                lattice(values[c], around[n], under[n], sides[n], start, nodes)
+                lattice(values[c], values[c], around[n], under[n], sides[n], start, nodes)
                 subdivide(nodes, start, width, weights, slab, plane, box)
             copy(values[c], around[n], width, width, box, False)

@@ -96,4 +96,4 @@ def _lagrange(order: int) -> NDArray[np.float64]:
     factors = [
         [-b / (a - b) for b in nodes if b != a] for a in nodes
     ]  # value at 0 of the polynomial that is 1 at a
-    return np.prod(factors, axis=1)
+    return np.array(factors).prod(axis=1)
