@@ -11,6 +11,7 @@ from remesh.errors import InputError
 from remesh.kernels import Kernel, get_kernel, table
 from remesh.layout import FAR, precision
 from remesh.multires.blocks import Blocks
+from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
 
@@ -36,6 +37,22 @@ def as_blocks(values: Array, blocks: Blocks) -> Array:
 def as_three(given: tuple[Any, ...], middle: Any) -> NDArray[Any]:
     """What is given for each axis, for the three axes of that layout."""
     return np.array([given[0], given[1] if len(given) == 3 else middle, given[-1]])
+
+
+def first_places(blocks: Blocks) -> NDArray[np.int64]:
+    """Places of blocks on the three axes of that layout, (n, 3)."""
+    places = as_three(tuple(blocks.places.T), np.zeros(blocks.size, np.int64))
+    return np.ascontiguousarray(places.T)
+
+
+def block_counts(mesh: AdaptiveMesh) -> NDArray[np.int64]:
+    """Number of blocks along the three axes if a level covered the domain, (levels + 1, 3)."""
+    return np.array([as_three(mesh.counts(level), 1) for level in range(mesh.levels + 1)])
+
+
+def key_offsets(mesh: AdaptiveMesh) -> NDArray[np.int64]:
+    """What the keys of blocks of each level begin with, see `Blocks.table`."""
+    return np.concatenate([[0], np.cumsum(block_counts(mesh).prod(axis=1))])
 
 
 def inverse_spacings(blocks: Blocks, dtype: np.dtype[Any]) -> Array:

@@ -15,8 +15,11 @@ from remesh.multires.ghosts import check_values, prediction
 from remesh.multires.particles import (
     as_blocks,
     as_three,
+    block_counts,
     check_displacement,
+    first_places,
     inverse_spacings,
+    key_offsets,
     refuse_far,
     tables,
 )
@@ -106,9 +109,10 @@ class _Way:
                 f"{self.offsets[-1] / blocks.size:.3g} nodes on average",
                 hint="a smaller time step: dt * max|grad u| below 1",
             )
-        first = as_three(tuple(blocks.places.T), np.zeros(blocks.size, np.int64)).T
-        self.low = first * self.edges + self.shifts - (reached // 2 - 1) * (reached > 1)
-        self.counts = np.array([as_three(mesh.counts(k), 1) for k in range(mesh.levels + 1)])
+        self.low = (
+            first_places(blocks) * self.edges + self.shifts - (reached // 2 - 1) * (reached > 1)
+        )
+        self.counts = block_counts(mesh)
         self.heads, self.pairs = self.meetings()
 
     def share(self, work: Any, blocks: Blocks, *arguments: Any) -> None:
@@ -121,7 +125,7 @@ class _Way:
         from remesh.multires import _travel
 
         target = self.target
-        offsets = np.concatenate([[0], np.cumsum(self.counts.prod(axis=1))])
+        offsets = key_offsets(target.mesh)
         heads = np.zeros(target.size + 1, np.int64)
         pairs = np.empty((0, 4), np.int64)
         for _ in range(2):
