@@ -10,7 +10,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from remesh.compiled import drop_stale
+from remesh.multires import _ghosts
 from remesh.multires._ghosts import ABSENT, copy, has_jump, lattice, scratch, span, subdivide
+
+drop_stale(__file__, _ghosts.__file__)
 
 
 @njit(cache=True, nogil=True)
@@ -213,7 +217,7 @@ def place_around(n, x, y, z, neighbours, children, result):
 @njit(cache=True, nogil=True)
 def spill(first, pieces, step, start, work, neighbours, children, weights, smooth):
     """Add to coarse nodes where there are no finer blocks what the details beside them give."""
-    _, _, bx, b, _ = work.shape
+    b = work.shape[4]
     before, after = weights.size - 1, weights.size - 2
     box = new_box(work, before, after)
     around = np.empty(neighbours.shape[1], np.int32)

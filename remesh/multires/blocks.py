@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,22 +51,24 @@ class Blocks:
                 f"the mesh has levels 0 to {mesh.levels}, got blocks for {len(wanted)} levels",
                 hint="one array of places per level",
             )
-        keys: list[NDArray[np.int64]] = [np.empty(0, np.int64)] * (mesh.levels + 1)
-        needed: NDArray[np.int64] = np.empty(0, np.int64)
-        for level in range(mesh.levels, 0, -1):
-            own = _keys(mesh, level, np.asarray(wanted[level])) if level < len(wanted) else needed
-            keys[level] = np.union1d(own[own >= 0], needed)
-            places = _places(mesh, level, keys[level])
-            below = [
-                _keys(mesh, level - 1, _wrapped(mesh, level, places + offset) // 2)
-                for offset in corners(mesh.ndim)
-            ]
-            found = np.unique(np.concatenate(below))
-            needed = found[found >= 0]
-        keys[0] = np.arange(int(np.prod(mesh.counts(0))), dtype=np.int64)
-        starts = np.cumsum([0, *(len(some) for some in keys)])
-        stacked = [_places(mesh, level, some) for level, some in enumerate(keys)]
-        return cls(mesh, np.concatenate(stacked), tuple(int(s) for s in starts))
+        offsets = _offsets(mesh)
+        keys = [
+            _keys(mesh, level, np.asarray(places, np.int64)) for level, places in enumerate(wanted)
+        ]
+        found = [some[some >= 0] + offsets[level] for level, some in enumerate(keys)]
+        return cls.of_keys(mesh, np.concatenate([*found, np.empty(0, np.int64)]))
+
+    @classmethod
+    def of_keys(cls, mesh: AdaptiveMesh, wanted: NDArray[np.int64]) -> Blocks:
+        """The blocks of these keys, see `keys`, and those that the balance asks for."""
+        from remesh.multires import _hashing
+
+        counts, periodic, offsets = _layout(mesh)
+        keys, starts = _hashing.balance(np.sort(wanted), offsets, counts, periodic)
+        places = _hashing.places(keys, starts, offsets, counts)
+        result = cls(mesh, places, tuple(starts.tolist()))
+        result.__dict__["keys"] = keys
+        return result
 
     @classmethod
     def uniform(cls, mesh: AdaptiveMesh, level: int = 0) -> Blocks:
@@ -121,20 +123,30 @@ class Blocks:
         return int(self.levels[-1])
 
     @cached_property
+    def keys(self) -> NDArray[np.int64]:
+        """A number for each block by its level and place, the same on every mesh; ascending."""
+        offsets = _offsets(self.mesh)
+        parts = [
+            _keys(self.mesh, level, self.places[self.of(level)]) + offsets[level]
+            for level in range(self.mesh.levels + 1)
+        ]
+        return np.concatenate(parts)
+
+    @cached_property
     def table(self) -> Table:
-        """Where each block is found by its place."""
+        """Where each block is found by its key."""
         from remesh.multires import _hashing
 
         bits = max(4, int(2 * self.size - 1).bit_length())
         keys = np.full(2**bits, _hashing.EMPTY, np.int64)
         numbers = np.zeros(2**bits, np.int32)
-        _hashing.insert(self._own_keys, keys, numbers, bits)
+        _hashing.insert(self.keys, keys, numbers, bits)
         return Table(keys, numbers, bits)
 
     @cached_property
     def neighbours(self) -> Numbers:
         """Numbers of the 3^ndim blocks around each of its own level, in C order; see `ABSENT`."""
-        return self._around(lambda level, places: (level, places))
+        return self._links[0]
 
     @cached_property
     def coarser(self) -> Numbers:
@@ -142,20 +154,12 @@ class Blocks:
 
         Block ``places // 2`` of the next coarser level; ``OUTSIDE`` for those of level 0.
         """
-        result = self._around(lambda level, places: (level - 1, places // 2))
-        result[: self.starts[1]] = OUTSIDE
-        return result
+        return self._links[1]
 
     @cached_property
     def children(self) -> Numbers:
         """Numbers of the 2^ndim blocks that are finer, in C order; see `ABSENT`."""
-        result = np.full((self.size, 2**self.mesh.ndim), ABSENT, np.int32)
-        first = self.starts[1]
-        middle = 3**self.mesh.ndim // 2
-        weights = 2 ** np.arange(self.mesh.ndim)[::-1]
-        quadrant = (self.places[first:] % 2) @ weights
-        result[self.coarser[first:, middle], quadrant] = np.arange(first, self.size)
-        return result
+        return self._links[2]
 
     @cached_property
     def sides(self) -> NDArray[np.int8]:
@@ -169,7 +173,7 @@ class Blocks:
         from remesh.multires import _hashing
 
         keys = _keys(self.mesh, level, places.reshape(-1, self.mesh.ndim))
-        keys[keys >= 0] += self._offsets[level]
+        keys[keys >= 0] += _offsets(self.mesh)[level]
         found = np.empty(keys.size, np.int32)
         _hashing.find_all(keys, *self.table, found)
         return found.reshape(places.shape[:-1])
@@ -179,7 +183,7 @@ class Blocks:
         from remesh.multires import _hashing
 
         found = np.empty(self.size, np.int32)
-        _hashing.find_all(self._own_keys, *other.table, found)
+        _hashing.find_all(self.keys, *other.table, found)
         return found
 
     def axes(self) -> tuple[NDArray[np.float64], ...]:
@@ -212,33 +216,15 @@ class Blocks:
         return result
 
     @cached_property
-    def _offsets(self) -> tuple[int, ...]:
-        """What is added to the keys of each level, so that no two blocks share one."""
-        counts = [int(np.prod(self.mesh.counts(level))) for level in range(self.mesh.levels + 1)]
-        return tuple(int(s) for s in np.cumsum([0, *counts]))
+    def _links(self) -> tuple[Numbers, Numbers, Numbers]:
+        """Neighbours, coarser blocks and children of each block."""
+        from remesh.multires import _hashing
 
-    @cached_property
-    def _own_keys(self) -> NDArray[np.int64]:
-        parts = [
-            _keys(self.mesh, level, self.places[self.of(level)]) + self._offsets[level]
-            for level in range(self.mesh.levels + 1)
-        ]
-        return np.concatenate(parts)
-
-    def _around(self, look: Any) -> Numbers:
-        """Numbers of what ``look`` tells of each place around each block."""
-        mesh = self.mesh
-        offsets = np.array(corners(mesh.ndim))
-        result = np.empty((self.size, len(offsets)), np.int32)
-        for level in range(mesh.levels + 1):
-            own = self.places[self.of(level)][:, None, :] + offsets
-            wrapped = _wrapped(mesh, level, own)
-            outside = (wrapped < 0).any(axis=-1) | (wrapped >= mesh.counts(level)).any(axis=-1)
-            found, places = look(level, wrapped)
-            if found >= 0:
-                numbers = self.numbers_of(found, places)
-                result[self.of(level)] = np.where(outside, OUTSIDE, numbers)
-        return result
+        counts, periodic, offsets = _layout(self.mesh)
+        links: tuple[Numbers, Numbers, Numbers] = _hashing.link(
+            self.places, np.array(self.starts), *self.table, counts, periodic, offsets
+        )
+        return links
 
 
 def corners(ndim: int) -> list[tuple[int, ...]]:
@@ -264,6 +250,15 @@ def _keys(mesh: AdaptiveMesh, level: int, places: Places) -> NDArray[np.int64]:
     return np.where(outside, OUTSIDE, keys)
 
 
-def _places(mesh: AdaptiveMesh, level: int, keys: NDArray[np.int64]) -> Places:
-    """Places (m, ndim) of C-order numbers."""
-    return np.stack(np.unravel_index(keys, mesh.counts(level)), axis=-1).astype(np.int64)
+def _layout(
+    mesh: AdaptiveMesh,
+) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.int64]]:
+    """Places along each axis of each level, which axes are periodic, what is added to keys."""
+    counts = np.array([mesh.counts(level) for level in range(mesh.levels + 1)], np.int64)
+    offsets = np.concatenate([[0], np.cumsum(counts.prod(axis=1))])
+    return counts, np.array(mesh.grid.periodic), offsets
+
+
+def _offsets(mesh: AdaptiveMesh) -> NDArray[np.int64]:
+    """What is added to the keys of each level, so that no two blocks share one."""
+    return _layout(mesh)[2]

@@ -93,7 +93,6 @@ def lifting_weights(blocks: Blocks, dtype: np.dtype[Any]) -> tuple[Array, Array]
 def _lagrange(order: int) -> NDArray[np.float64]:
     """Interpolation midway between nodes by the polynomial through the ``order`` nearest."""
     nodes = np.arange(order) - (order - 1) / 2
-    factors = [
-        [-b / (a - b) for b in nodes if b != a] for a in nodes
-    ]  # value at 0 of the polynomial that is 1 at a
-    return np.array(factors).prod(axis=1)
+    factors = [[-b / (a - b) for b in nodes if b != a] for a in nodes]  # at 0, of the one 1 at a
+    weights: NDArray[np.float64] = np.prod(np.array(factors), axis=1)
+    return weights

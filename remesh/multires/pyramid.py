@@ -1,4 +1,4 @@
-"""Wavelet transforms of values on blocks: to coarser values and details, level by level, and back."""
+"""Wavelet transforms of values on blocks: to coarser values and details, and back."""
 
 from __future__ import annotations
 
@@ -45,8 +45,9 @@ def forward(
     from remesh.multires import _pyramid
 
     values = check_values(values, blocks)
-    result = Coefficients(values.copy(), np.zeros_like(values))
+    result = Coefficients(values.copy(), np.empty_like(values))
     smooth, details = (layers(part, blocks) for part in result)
+    details[:, blocks.of(0)] = 0
     work, count = np.empty_like(smooth), thread_count(threads)
     predict, update = lifting_weights(blocks, values.dtype)
     tables = _tables(blocks)
@@ -70,8 +71,6 @@ def inverse(smooth: Array, details: Array, blocks: Blocks, *, threads: int | Non
     Of ``smooth`` only the values of level 0 are read. Without details a level is a subdivision
     of the coarser one. O(nodes); same bits for any number of threads.
     """
-    from remesh.multires import _pyramid
-
     result = check_values(smooth, blocks).copy()
     details = check_values(details, blocks)
     if details.shape != result.shape or details.dtype != result.dtype:
@@ -80,16 +79,23 @@ def inverse(smooth: Array, details: Array, blocks: Blocks, *, threads: int | Non
             f"{details.dtype} {details.shape}",
             hint="both parts of what forward gives",
         )
-    values, given = layers(result, blocks), layers(details, blocks)
-    work, count = np.empty_like(values), thread_count(threads)
+    build(result, details, blocks, thread_count(threads))
+    return result
+
+
+def build(values: Array, details: Array, blocks: Blocks, threads: int) -> None:
+    """Fill all levels of ``values`` but level 0, which is there."""
+    from remesh.multires import _pyramid
+
+    result, given = layers(values, blocks), layers(details, blocks)
+    work = np.empty_like(result)
     predict, update = lifting_weights(blocks, result.dtype)
     tables = _tables(blocks)
     for level in range(1, blocks.finest + 1):
         first, last = blocks.starts[level : level + 2]
-        args = (last - first, count, first)
-        share(_pyramid.undo_update, *args, values, given, tables, update, work)
-        share(_pyramid.predict_blocks, *args, values, work, tables, predict, False)
-    return result
+        args = (last - first, threads, first)
+        share(_pyramid.undo_update, *args, result, given, tables, update, work)
+        share(_pyramid.predict_blocks, *args, result, work, tables, predict, False)
 
 
 def restricted(values: Array, blocks: Blocks, *, threads: int | None = None) -> Array:
