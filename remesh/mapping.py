@@ -136,7 +136,8 @@ def _gradient(offset: Values, grid: Grid) -> Values:
 def _solved(matrices: Values, right: Values) -> Values:
     """One small linear system per node; right sides and results ``(ndim, *shape)``."""
     columns = np.moveaxis(right, 0, -1)[..., None]
-    return np.moveaxis(np.linalg.solve(matrices, columns)[..., 0], -1, 0)
+    found: Values = np.asarray(np.linalg.solve(matrices, columns), np.float64)
+    return np.moveaxis(found[..., 0], -1, 0)
 
 
 def _waves(grid: Grid) -> Values:
