@@ -10,11 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from remesh.multires.adapt import adapt
-from remesh.multires.diffusion import spread
-from remesh.multires.landing import landing
 from remesh.multires.sampling import sampled
-from remesh.multires.travel import carried, gradient_norm, sampled_at
 from remesh.multires.uniform import to_uniform
 
 from pmesh.bodies.body import Body
@@ -31,9 +27,15 @@ from pmesh.vortex.passage import Passage, foresee
 from pmesh.vortex.state import AdaptiveState
 from remesh.errors import BlowUpError
 from remesh.grid import Grid
+from remesh.multires.adapt import adapt
 from remesh.multires.blocks import Blocks, Places
 from remesh.multires.boxed import added
+from remesh.multires.diffusion import spread
+from remesh.multires.landing import landing
+from remesh.multires.lookup import sampled_at
 from remesh.multires.mesh import AdaptiveMesh
+from remesh.multires.strain import gradient_norm
+from remesh.multires.travel import carried
 from remesh.paths import SCHEMES, moved
 
 Array = NDArray[np.floating[Any]]

@@ -37,7 +37,7 @@ def sampled_at(
     *,
     threads: int | None = None,
 ) -> Array:
-    """A field on blocks at node + displacement of the nodes of ``source``: ``([c,] *source.shape)``.
+    """A field on blocks at node + displacement of the nodes of ``source``.
 
     ``field`` ``([c,] *blocks.shape)``, ``displacement`` ``(ndim, *source.shape)`` [L]. Each place
     is looked up on its node's own level where ``blocks`` has it there, else on the next coarser one

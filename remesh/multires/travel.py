@@ -155,17 +155,9 @@ class _Way:
             _travel.collect, self.target, self.heads, self.pairs, self.sizes, self.offsets, tiles,
             out,
         )  # fmt: skip
-        coarse = self.blocks.of(0)
-        return float(
-            _travel.beyond(
-                self.low[coarse],
-                self.sizes[coarse],
-                self.offsets,
-                tiles,
-                self.counts[0] * self.edges,
-                self.wraps,
-            )  # fmt: skip
-        )
+        coarse, nodes = self.blocks.of(0), self.counts[0] * self.edges
+        tables = (self.low[coarse], self.sizes[coarse], self.offsets)
+        return float(_travel.beyond(*tables, tiles, nodes, self.wraps))
 
     def incomplete(self) -> NDArray[np.bool_]:
         """Which nodes of the target are to be predicted from the coarser level."""
