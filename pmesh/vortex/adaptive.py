@@ -246,7 +246,7 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         """The vorticity after it spread by a variance [L^2] along each axis."""
         if variance == 0:
             return vorticity
-        return spread(vorticity, blocks, variance, threads=self.flow.threads)
+        return spread(vorticity, blocks, variance, threads=self.flow.threads).values
 
     def _wall(self, before: tuple[Pose, ...], after: tuple[Pose, ...], variance: float) -> Wall:
         """The bodies on the part of the finest mesh that holds what their force creates."""
