@@ -93,7 +93,7 @@ def inside(box, values, before):
 
 @njit(cache=True, nogil=True)
 def quadrant(values, side):
-    """The part of a coarser block that lies under a block on that side of it."""
+    """The part of a block under a finer block on that side of it."""
     bx, b, _ = values.shape
     half = b // 2
     wide = half if bx > 1 else 1

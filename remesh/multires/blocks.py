@@ -46,24 +46,14 @@ class Blocks:
     @classmethod
     def around(cls, mesh: AdaptiveMesh, wanted: Sequence[Places]) -> Blocks:
         """These blocks of levels 0, 1, ... (m, ndim each), and those that the balance asks for."""
-        if len(wanted) > mesh.levels + 1:
-            raise InputError(
-                f"the mesh has levels 0 to {mesh.levels}, got blocks for {len(wanted)} levels",
-                hint="one array of places per level",
-            )
-        offsets = _offsets(mesh)
-        keys = [
-            _keys(mesh, level, np.asarray(places, np.int64)) for level, places in enumerate(wanted)
-        ]
-        found = [some[some >= 0] + offsets[level] for level, some in enumerate(keys)]
-        return cls.of_keys(mesh, np.concatenate([*found, np.empty(0, np.int64)]))
+        return cls.of_keys(mesh, keys_of(mesh, wanted))
 
     @classmethod
     def of_keys(cls, mesh: AdaptiveMesh, wanted: NDArray[np.int64]) -> Blocks:
         """The blocks of these keys, see `keys`, and those that the balance asks for."""
         from remesh.multires import _hashing
 
-        counts, periodic, offsets = _layout(mesh)
+        counts, periodic, offsets = layout(mesh)
         keys, starts = _hashing.balance(np.sort(wanted), offsets, counts, periodic)
         places = _hashing.places(keys, starts, offsets, counts)
         result = cls(mesh, places, tuple(starts.tolist()))
@@ -125,7 +115,7 @@ class Blocks:
     @cached_property
     def keys(self) -> NDArray[np.int64]:
         """A number for each block by its level and place, the same on every mesh; ascending."""
-        offsets = _offsets(self.mesh)
+        offsets = layout(self.mesh)[2]
         parts = [
             _keys(self.mesh, level, self.places[self.of(level)]) + offsets[level]
             for level in range(self.mesh.levels + 1)
@@ -173,7 +163,7 @@ class Blocks:
         from remesh.multires import _hashing
 
         keys = _keys(self.mesh, level, places.reshape(-1, self.mesh.ndim))
-        keys[keys >= 0] += _offsets(self.mesh)[level]
+        keys[keys >= 0] += layout(self.mesh)[2][level]
         found = np.empty(keys.size, np.int32)
         _hashing.find_all(keys, *self.table, found)
         return found.reshape(places.shape[:-1])
@@ -220,7 +210,7 @@ class Blocks:
         """Neighbours, coarser blocks and children of each block."""
         from remesh.multires import _hashing
 
-        counts, periodic, offsets = _layout(self.mesh)
+        counts, periodic, offsets = layout(self.mesh)
         links: tuple[Numbers, Numbers, Numbers] = _hashing.link(
             self.places, np.array(self.starts), *self.table, counts, periodic, offsets
         )
@@ -239,6 +229,21 @@ def _wrapped(mesh: AdaptiveMesh, level: int, places: Places) -> Places:
     return inside
 
 
+def keys_of(mesh: AdaptiveMesh, wanted: Sequence[Places]) -> NDArray[np.int64]:
+    """Keys, see `Blocks.keys`, of places on levels 0, 1, ... (m, ndim each); not those outside."""
+    if len(wanted) > mesh.levels + 1:
+        raise InputError(
+            f"the mesh has levels 0 to {mesh.levels}, got blocks for {len(wanted)} levels",
+            hint="one array of places per level",
+        )
+    offsets = layout(mesh)[2]
+    found = [np.empty(0, np.int64)]
+    for level, places in enumerate(wanted):
+        some = _keys(mesh, level, np.asarray(places, np.int64))
+        found.append(some[some >= 0] + offsets[level])
+    return np.concatenate(found)
+
+
 def _keys(mesh: AdaptiveMesh, level: int, places: Places) -> NDArray[np.int64]:
     """C-order numbers of places (m, ndim) on the complete level; `OUTSIDE` where there is none."""
     counts = np.array(mesh.counts(level))
@@ -250,15 +255,10 @@ def _keys(mesh: AdaptiveMesh, level: int, places: Places) -> NDArray[np.int64]:
     return np.where(outside, OUTSIDE, keys)
 
 
-def _layout(
+def layout(
     mesh: AdaptiveMesh,
 ) -> tuple[NDArray[np.int64], NDArray[np.bool_], NDArray[np.int64]]:
-    """Places along each axis of each level, which axes are periodic, what is added to keys."""
+    """Places along each axis of each level, which axes are periodic, what keys of a level add."""
     counts = np.array([mesh.counts(level) for level in range(mesh.levels + 1)], np.int64)
     offsets = np.concatenate([[0], np.cumsum(counts.prod(axis=1))])
     return counts, np.array(mesh.grid.periodic), offsets
-
-
-def _offsets(mesh: AdaptiveMesh) -> NDArray[np.int64]:
-    """What is added to the keys of each level, so that no two blocks share one."""
-    return _layout(mesh)[2]
