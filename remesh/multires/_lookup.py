@@ -57,12 +57,18 @@ def interpolate(
     lines = max(1, CHUNK // nc)
     width = len(taps)
     dtype = out.dtype
-    w = np.empty((3, width * CHUNK), dtype)
+    w = (
+        np.empty(width * CHUNK, dtype), np.empty(width * CHUNK, dtype),
+        np.empty(width * CHUNK, dtype),
+    )  # fmt: skip
+    parts, px, pm, pc = field.shape[0], field.shape[2], field.shape[3], field.shape[4]
+    flat = field.reshape(parts, field.shape[1] * px * pm * pc)
+    flat_out = out.reshape(parts, blocks, nx * nm * nc)
     whole = np.zeros((3, CHUNK), np.int64)
     fraction = np.zeros((3, CHUNK), dtype)
     waiting = np.empty(CHUNK, np.int64)
     ready = np.empty(CHUNK, np.int64)
-    homes = np.empty((CHUNK, 4), np.int64)  # block, and the first tap on it, ghosts counted
+    homes = np.empty((CHUNK, 5), np.int64)  # block, first tap on it with ghosts, that in the field
     packed = np.empty(CHUNK, dtype)
     cells = np.empty(CHUNK, np.int32)
     local = np.empty(CHUNK, dtype)
@@ -101,7 +107,7 @@ def interpolate(
                         nodes[axis] = counts[level, axis] * edges[axis]
                     found = seek(
                         waiting, left, whole, level, counts, offsets, table_keys, table_values,
-                        bits, nodes, edges, wraps, ready, homes,
+                        bits, nodes, edges, wraps, (px, pm, pc), ready, homes,
                     )  # fmt: skip
                     left -= found
                     for axis in range(3):
@@ -109,18 +115,18 @@ def interpolate(
                             continue
                         for n in range(found):
                             packed[n] = fraction[axis, ready[n]]
-                        weigh(packed[:found], one, coeffs, taps, terms, cells, local, w[axis])
+                        weights = w[0] if axis == 0 else (w[1] if axis == 1 else w[2])
+                        weigh(packed[:found], one, coeffs, taps, terms, cells, local, weights)
                     for p in range(out.shape[0]):
-                        target = out[p, b].reshape(nx * nm * nc)[line * nc :]
-                        for n in range(found):
-                            home = homes[n, 0]
-                            if ends[home]:
-                                target[ready[n]] = gather_end(
-                                    field[p, home], n, ready[n], whole, homes, nodes, edges,
+                        target = flat_out[p, b, line * nc : (line + rows) * nc]
+                        gather(flat[p], found, ready, homes, pm, pc, w, taps, mid, target)
+                    for n in range(found):
+                        if ends[homes[n, 0]] and cut(whole[:, ready[n]], nodes, wraps, width):
+                            for p in range(out.shape[0]):
+                                flat_out[p, b, line * nc + ready[n]] = gather_end(
+                                    field[p, homes[n, 0]], n, ready[n], whole, homes, nodes, edges,
                                     wraps, w, taps, mid,
                                 )  # fmt: skip
-                            else:
-                                target[ready[n]] = gather(field[p, home], n, homes, w, taps, mid)
                     if left == 0:
                         break
                     for n in range(left):
@@ -133,8 +139,8 @@ def interpolate(
 
 @njit(cache=True, nogil=True)
 def seek(
-    waiting, left, whole, level, counts, offsets, keys, values, bits, nodes, edges, wraps, ready,
-    homes,
+    waiting, left, whole, level, counts, offsets, keys, values, bits, nodes, edges, wraps, shape,
+    ready, homes,
 ):  # fmt: skip
     """Move the places that lie on a block of this level from ``waiting`` to ``ready``."""
     found = 0
@@ -160,29 +166,43 @@ def seek(
         homes[found, 1] = x - a * edges[0] + 1
         homes[found, 2] = y - b * edges[1] + (edges[1] > 1)
         homes[found, 3] = z - c * edges[2] + 1
+        homes[found, 4] = (
+            (number * shape[0] + homes[found, 1]) * shape[1] + homes[found, 2]
+        ) * shape[2] + homes[found, 3]
         found += 1
     return found
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"}, inline="always")
-def gather(field, n, homes, w, taps, mid):
-    """Sum of weights times field over the taps of the place number n."""
-    _, pm, pc = field.shape
-    flat = field.reshape(field.size)
-    total = flat.dtype.type(0)
-    place = (homes[n, 1] * pm + homes[n, 2]) * pc + homes[n, 3]
-    for s in range(len(taps)):
-        across = flat.dtype.type(0)
-        for t in range(len(mid)):
-            start = np.uintp(place + (s * pm + t) * pc)
-            along = flat.dtype.type(0)
-            for u in range(len(taps)):
-                along += w[2, np.uintp(u * CHUNK + n)] * flat[start + np.uintp(u)]
-            if len(mid) > 1:
-                along *= w[1, np.uintp(t * CHUNK + n)]
-            across += along
-        total += w[0, np.uintp(s * CHUNK + n)] * across
-    return total
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+def gather(flat, found, ready, homes, pm, pc, w, taps, mid, target):
+    """Sums of weights times the field over the taps of the places found."""
+    first, middle, last = w
+    for n in range(found):
+        total = flat.dtype.type(0)
+        place = homes[n, 4]
+        for s in range(len(taps)):
+            across = flat.dtype.type(0)
+            for t in range(len(mid)):
+                start = np.uintp(place + (s * pm + t) * pc)
+                along = flat.dtype.type(0)
+                for u in range(len(taps)):
+                    along += last[np.uintp(u * CHUNK + n)] * flat[start + np.uintp(u)]
+                if len(mid) > 1:
+                    along *= middle[np.uintp(t * CHUNK + n)]
+                across += along
+            total += first[np.uintp(s * CHUNK + n)] * across
+        target[ready[n]] = total
+
+
+@njit(cache=True, nogil=True)
+def cut(node, nodes, wraps, width):
+    """Whether taps around a node lie beyond an unbounded end."""
+    half = width // 2
+    found = False
+    for axis in range(3):
+        if not wraps[axis] and nodes[axis] > 1:
+            found |= node[axis] < half - 1 or node[axis] + half >= nodes[axis]
+    return found
 
 
 @njit(cache=True, nogil=True)
@@ -193,13 +213,13 @@ def gather_end(field, n, j, whole, homes, nodes, edges, wraps, w, taps, mid):
         x = tap(s, n, j, 0, whole, homes, nodes, edges, wraps, len(taps))
         for t in range(len(mid)):
             y = 0
-            factor = w[0, s * CHUNK + n]
+            factor = w[0][s * CHUNK + n]
             if len(mid) > 1:
                 y = tap(t, n, j, 1, whole, homes, nodes, edges, wraps, len(taps))
-                factor *= w[1, t * CHUNK + n]
+                factor *= w[1][t * CHUNK + n]
             for u in range(len(taps)):
                 z = tap(u, n, j, 2, whole, homes, nodes, edges, wraps, len(taps))
-                total += factor * w[2, u * CHUNK + n] * field[x, y, z]
+                total += factor * w[2][u * CHUNK + n] * field[x, y, z]
     return total
 
 
