@@ -148,15 +148,18 @@ def predict_line(nodes, first, before, weights, result):
 
 @njit(cache=True, nogil=True)
 def subdivide(nodes, first, before, weights, slab, plane, box):
-    """Fill a box by tensor prediction of its even nodes; ``slab`` and ``plane`` are scratch."""
-    if box.shape[0] > 1:
+    """Fill a box by tensor prediction of its even nodes; ``slab`` and ``plane`` are scratch.
+
+    Node i of the box along an axis is node i - ``before``, node i of ``nodes`` 2 (i - ``first``).
+    """
+    if nodes.shape[0] > 1:
         sx, sy, sz = nodes.shape
         flat = slab.reshape(1, box.shape[0], sy * sz)
-        predict_rows(nodes.reshape(1, sx, sy * sz), first, before, weights, flat)
-        predict_rows(slab, first, before, weights, plane)
+        predict_rows(nodes.reshape(1, sx, sy * sz), first, before[0], weights, flat)
+        predict_rows(slab, first, before[1], weights, plane)
     else:
-        predict_rows(nodes, first, before, weights, plane)
-    predict_line(plane, first, before, weights, box)
+        predict_rows(nodes, first, before[1], weights, plane)
+    predict_line(plane, first, before[2], weights, box)
 
 
 @njit(cache=True, nogil=True)
@@ -190,5 +193,5 @@ def pad(first, pieces, step, values, around, under, sides, weights, width, out):
             box = out[c, n]
             if jump:
                 lattice(values[c], values[c], around[n], under[n], sides[n], start, nodes)
-                subdivide(nodes, start, width, weights, slab, plane, box)
+                subdivide(nodes, start, (width, width, width), weights, slab, plane, box)
             copy(values[c], around[n], width, width, box, False)

@@ -154,7 +154,7 @@ def predict_blocks(first, pieces, step, start, values, work, tables, weights, fo
             copy(source, around[n], before, after, box, False)
             if jump:
                 lattice(source, values[c], around[n], under[n], sides[n], edge, nodes)
-                subdivide(nodes, edge, before, weights, slab, plane, beyond)
+                subdivide(nodes, edge, (before, before, before), weights, slab, plane, beyond)
             for k in range(axes, 3):
                 axis = k if forward else axes + 2 - k
                 if jump:

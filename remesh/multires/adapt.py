@@ -90,10 +90,10 @@ def scales_of(
                 f"{scale}",
                 hint="scale=None takes the largest absolute value of each field",
             )
-        return np.broadcast_to(given, (len(parts),))
+        return np.repeat(given, len(parts) // given.size)
     found = np.empty((len(parts), blocks.size), values.dtype)
     share(_adapt.largest, blocks.size, threads, parts, blocks.children, found)
-    largest = found.max(axis=1).astype(np.float64)
+    largest: NDArray[np.float64] = found.max(axis=1).astype(np.float64)
     if not np.isfinite(largest).all():
         raise InputError(
             "fields must be finite, they are not at some nodes", hint="np.isfinite(fields).all()"

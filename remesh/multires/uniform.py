@@ -1,0 +1,161 @@
+"""Values on blocks as a field on uniform nodes of any level, and such fields onto the blocks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from remesh.errors import InputError
+from remesh.multires.blocks import ABSENT, Blocks, Numbers
+from remesh.multires.ghosts import check_values, layers, lifting_weights
+
+Array = NDArray[np.floating[Any]]
+Whole = NDArray[np.int64]
+
+
+def to_uniform(
+    values: Array,
+    blocks: Blocks,
+    level: int | None = None,
+    *,
+    region: Sequence[slice | range] | None = None,
+) -> Array:
+    """Values ``(n, ...)`` or ``(c, n, ...)`` on the nodes of ``mesh.level_grid(level)``.
+
+    By default of the finest level the mesh may have. ``region`` picks a box of those nodes, one
+    slice or range per axis; a range may pass the ends: periodic axes go on, beyond others the
+    field is zero. Where the mesh is finer, the restriction; where it is coarser, its
+    subdivision by the wavelet's prediction. O(nodes of the box).
+    """
+    values = check_values(values, blocks)
+    mesh = blocks.mesh
+    level = mesh.levels if level is None else level
+    if int(level) != level or not 0 <= level <= mesh.levels:
+        raise InputError(
+            f"level must be a whole number from 0 to {mesh.levels}, got {level}",
+            hint="level=None takes the finest",
+        )
+    first, shape = _box_of(region, mesh.level_grid(int(level)).shape)
+    field = _Sampler(values, blocks).box(int(level), first, shape)
+    return field.reshape(*values.shape[: -len(blocks.shape)], *shape[3 - mesh.ndim :])
+
+
+def spread(field: Array, first: Sequence[int], blocks: Blocks, values: Array) -> Array:
+    """``values`` with a field that is given on a box of nodes of the finest level added there.
+
+    ``field`` is ``shape`` or ``(c, *shape)`` and begins at node ``first``. Coarser levels stay as
+    they are: see `pyramid.restricted`. Refuses boxes that are not covered by blocks of the
+    mesh's finest level.
+    """
+    result = check_values(values, blocks).copy()
+    mesh = blocks.mesh
+    given = np.asarray(field, result.dtype)
+    if given.ndim - mesh.ndim != result.ndim - len(blocks.shape):
+        raise InputError(
+            f"field must have {mesh.ndim} axes and the components of the values, got "
+            f"{given.shape} for values {result.shape}",
+            hint="a box of finest nodes",
+        )
+    if len(first) != mesh.ndim:
+        raise InputError(
+            f"first must hold {mesh.ndim} whole numbers, got {tuple(first)}",
+            hint="the node at which the box begins",
+        )
+    from remesh.multires import _uniform
+
+    flat = 3 - mesh.ndim
+    start = np.array([0] * flat + list(first), np.int64)
+    shape = np.array([1] * flat + list(given.shape[-mesh.ndim :]), np.int64)
+    numbers, corner = _blocks_under(blocks, mesh.levels, start, shape)
+    if (numbers < 0).any():
+        raise InputError(
+            f"the box of {given.shape[-mesh.ndim :]} nodes from {tuple(first)} on is not covered "
+            f"by blocks of level {mesh.levels}",
+            hint="adapt with always=... to have blocks there",
+        )
+    parts = layers(result, blocks)
+    _uniform.add(parts, numbers, corner, start, given.reshape(len(parts), *shape))
+    return result
+
+
+def on_blocks(field: Array, blocks: Blocks) -> Array:
+    """Values on the blocks of a complete pyramid: the field on its finest nodes, zeros below."""
+    mesh = blocks.mesh
+    counts, size, ndim = mesh.counts(mesh.levels), mesh.block, mesh.ndim
+    parts = field.reshape(-1, *(n for count in counts for n in (count, size)))
+    order = (0, *range(1, 2 * ndim, 2), *range(2, 2 * ndim + 1, 2))
+    result = np.zeros((len(parts), *blocks.shape), field.dtype)
+    finest = result[:, blocks.of(mesh.levels)]
+    finest[...] = parts.transpose(order).reshape(finest.shape)
+    return result.reshape(*field.shape[:-ndim], *blocks.shape)
+
+
+class _Sampler:
+    """Values on blocks, read on boxes of the nodes of a level, x y z; in 2-D x has one node."""
+
+    def __init__(self, values: Array, blocks: Blocks) -> None:
+        self.blocks = blocks
+        self.parts = layers(values, blocks)
+        self.weights = lifting_weights(blocks, values.dtype)[0]
+        self.deep = np.array([blocks.mesh.ndim == 3, True, True])
+
+    def box(self, level: int, first: Whole, shape: Whole) -> Array:
+        """A box of so many nodes of a level from node ``first`` on."""
+        from remesh.multires import _uniform
+
+        result = np.zeros((len(self.parts), *shape), self.parts.dtype)
+        numbers, corner = _blocks_under(self.blocks, level, first, shape)
+        if (numbers == ABSENT).any():
+            self.subdivide(level, first, shape, result)
+        _uniform.paste(self.parts, numbers, corner, first, 1, result)
+        return result
+
+    def subdivide(self, level: int, first: Whole, shape: Whole, result: Array) -> None:
+        """Fill a box with predictions from the even nodes around it."""
+        from remesh.multires import _ghosts, _uniform
+
+        reach = len(self.weights) // 2
+        low = np.where(self.deep, first // 2 - reach + 1, 0)
+        size = np.where(self.deep, (first + shape - 1) // 2 + reach - low + 1, 1)
+        even = self.box(level - 1, low, size)
+        numbers, corner = _blocks_under(self.blocks, level, 2 * low, 2 * size - 1)
+        _uniform.paste(self.parts, numbers, corner, low, 2, even)
+        slab = np.empty((shape[0], *size[1:]), even.dtype)
+        plane = np.empty((*shape[:2], size[2]), even.dtype)
+        before = tuple(int(-(node % 2)) for node in first)
+        for nodes, target in zip(even, result, strict=True):
+            _ghosts.subdivide(nodes, reach - 1, before, self.weights, slab, plane, target)
+
+
+def _box_of(region: Sequence[slice | range] | None, shape: tuple[int, ...]) -> tuple[Whole, Whole]:
+    """First node and shape of a box, x y z; in 2-D x has one node."""
+    picked = [slice(None)] * len(shape) if region is None else list(region)
+    if len(picked) != len(shape):
+        raise InputError(
+            f"region must be {len(shape)} slices or ranges, got {len(picked)}",
+            hint="region=(slice(0, 64), slice(0, 64))",
+        )
+    first, size = [0] * (3 - len(shape)), [1] * (3 - len(shape))
+    for part, nodes in zip(picked, shape, strict=True):
+        found = range(*part.indices(nodes)) if isinstance(part, slice) else part
+        if found.step != 1 or len(found) == 0:
+            raise InputError(
+                f"region must hold whole runs of nodes, got {part}", hint="slice(0, 64)"
+            )
+        first.append(found.start)
+        size.append(len(found))
+    return np.array(first, np.int64), np.array(size, np.int64)
+
+
+def _blocks_under(blocks: Blocks, level: int, first: Whole, shape: Whole) -> tuple[Numbers, Whole]:
+    """Numbers of the blocks of a level under a box, x y z, and the place of the first one."""
+    flat = 3 - blocks.mesh.ndim
+    size = np.array([1] * flat + [blocks.mesh.block] * blocks.mesh.ndim)
+    corner = first // size
+    last = (first + shape - 1) // size
+    axes = [np.arange(a, b + 1) for a, b in zip(corner[flat:], last[flat:], strict=True)]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
+    return blocks.numbers_of(level, places).reshape(last - corner + 1), corner
