@@ -10,8 +10,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from remesh.multires.sampling import sampled
-from remesh.multires.uniform import to_uniform
 
 from pmesh.bodies.body import Body
 from pmesh.bodies.mask import at_rest
@@ -34,8 +32,10 @@ from remesh.multires.diffusion import spread
 from remesh.multires.landing import landing
 from remesh.multires.lookup import sampled_at
 from remesh.multires.mesh import AdaptiveMesh
+from remesh.multires.sampling import sampled
 from remesh.multires.strain import gradient_norm
 from remesh.multires.travel import carried
+from remesh.multires.uniform import to_uniform
 from remesh.paths import SCHEMES, moved
 
 Array = NDArray[np.floating[Any]]
@@ -64,17 +64,16 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         """See `VortexFlow.start`."""
         flow, mesh = self.flow, self.mesh
         poses = tuple(body.start() for body in flow.bodies)
-        law = np.zeros_like if vorticity is None else vorticity
-        first = sampled(law, mesh, dtype=flow.dtype, threads=flow.threads)
+        blocks, values = sampled(_started(vorticity), mesh, threads=flow.threads)
         state = AdaptiveState(
             time=0.0, step=0, grid=mesh.grid, gradient=0.0, speed=0.0, poses=poses,
             impulse_force=(math.nan, math.nan), tolerance=mesh.tolerance,
-            blocks=first.blocks, vorticity=first.fields,
-            busy=first.busy,
+            blocks=blocks, vorticity=values, busy=np.empty(0, bool),
         )  # fmt: skip
+        values = values.astype(flow.dtype, copy=False)
+        state = self._adapted(state, blocks, values, self._skin(poses))
         if flow.bodies:
             wall = self._wall(poses, poses, 0.0)
-            state = self._adapted(state, state.blocks, state.vorticity, self._skin(poses))
             velocity = self._cut(self.velocity(state), state.blocks, wall)
             created, held = self.launched(wall, velocity)
             state = replace(state, **held)
@@ -90,10 +89,11 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         if flow.bodies:
             wall = self._wall(state.poses, ahead.poses, flow.viscosity * dt)
             passage = Passage.planned(state, wall, ahead, dt)
-        half = self._first_half(state, passage, dt)
+        half, lost = self._first_half(state, passage, dt)
         velocity = self._velocity(state.blocks, half)
         keep = self._skin(ahead.poses)
         went = self._carried(state, half, velocity, dt, keep)
+        went = went._replace(lost=went.lost + lost)
         after = self._second_half(state, went, passage, dt)
         return self._measured(self._pushed(state, after, dt), velocity, state.blocks)
 
@@ -135,16 +135,19 @@ class AdaptiveEngine(Engine[AdaptiveState]):
             fields["chi"] = indicator(distance, width).astype(state.vorticity.dtype)
         return fields
 
-    def _first_half(self, state: AdaptiveState, passage: Passage | None, dt: float) -> Array:
-        """The vorticity after half of the spread and of the last known force."""
+    def _first_half(
+        self, state: AdaptiveState, passage: Passage | None, dt: float
+    ) -> tuple[Array, float]:
+        """The vorticity after half of the spread and of the last known force; what left."""
         flow, half = self.flow, 0.5 * dt * self.flow.viscosity
         if passage is not None and passage.given is None:  # no force is known on the first step
-            return state.vorticity
-        vorticity = self._spread(state.vorticity, state.blocks, half)
+            return state.vorticity, 0.0
+        vorticity, lost = self._spread(state.vorticity, state.blocks, half)
         if passage is None or passage.given is None:
-            return vorticity
+            return vorticity, lost
         created = passage.before.created(passage.given, half)
-        return self._with(vorticity, state.blocks, created.astype(flow.dtype), passage.before)
+        created = created.astype(flow.dtype, copy=False)
+        return self._with(vorticity, state.blocks, created, passage.before), lost
 
     def _carried(
         self,
@@ -190,10 +193,10 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         """The other half of the spread and the force that holds the bodies: the next state."""
         flow = self.flow
         tau = 0.5 * dt if passage is None else passage.tau
-        vorticity = self._spread(went.vorticity, went.blocks, flow.viscosity * tau)
+        vorticity, lost = self._spread(went.vorticity, went.blocks, flow.viscosity * tau)
         after = replace(
             state, time=state.time + dt, step=state.step + 1,
-            lost_circulation=state.lost_circulation + went.lost,
+            lost_circulation=state.lost_circulation + went.lost + lost,
         )  # fmt: skip
         if passage is None:
             return self._adapted(after, went.blocks, vorticity, None)
@@ -228,7 +231,10 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         self, state: AdaptiveState, blocks: Blocks, vorticity: Array, keep: Places | None
     ) -> AdaptiveState:
         """The state on the mesh that its vorticity asks for, finest where ``keep`` says."""
-        found = adapt(vorticity, blocks, keep=keep, threads=self.flow.threads)
+        always = None
+        if keep is not None:
+            always = [*[keep[:0]] * self.mesh.levels, keep]
+        found = adapt(vorticity, blocks, always=always, threads=self.flow.threads)
         return replace(
             state, blocks=found.blocks, vorticity=found.fields, busy=found.busy,
             tolerance=found.tolerance,
@@ -242,11 +248,12 @@ class AdaptiveEngine(Engine[AdaptiveState]):
     def _hierarchy(self) -> AdaptiveSolver:
         return AdaptiveSolver(self.mesh, threads=self.flow.threads)
 
-    def _spread(self, vorticity: Array, blocks: Blocks, variance: float) -> Array:
-        """The vorticity after it spread by a variance [L^2] along each axis."""
+    def _spread(self, vorticity: Array, blocks: Blocks, variance: float) -> tuple[Array, float]:
+        """The vorticity after it spread by a variance [L^2] along each axis, and what left."""
         if variance == 0:
-            return vorticity
-        return spread(vorticity, blocks, variance, threads=self.flow.threads).values
+            return vorticity, 0.0
+        found = spread(vorticity, blocks, variance, threads=self.flow.threads)
+        return found.values, float(found.lost)
 
     def _wall(self, before: tuple[Pose, ...], after: tuple[Pose, ...], variance: float) -> Wall:
         """The bodies on the part of the finest mesh that holds what their force creates."""
@@ -267,10 +274,10 @@ class AdaptiveEngine(Engine[AdaptiveState]):
     def _cut(self, velocity: Array, blocks: Blocks, wall: Wall) -> Array:
         """The velocity on the mesh of a wall."""
         box = tuple(
-            slice(first, first + n)
+            range(first, first + n)
             for first, n in zip(self._first_node(wall.grid), wall.grid.shape, strict=True)
         )
-        return to_uniform(velocity, blocks, region=box, threads=self.flow.threads)
+        return to_uniform(velocity, blocks, region=box)
 
     def _with(self, vorticity: Array, blocks: Blocks, created: Array, wall: Wall) -> Array:
         """The vorticity and what a wall created on its mesh."""
@@ -302,6 +309,11 @@ class AdaptiveEngine(Engine[AdaptiveState]):
                     "does not grow",
                     hint="a larger grid (coarse nodes are few), or domain='fixed' to let it leave",
                 )
+
+
+def _started(vorticity: Array | Callable[[Array], Array] | None) -> Any:
+    """What a flow starts from: an array or a law; none is zero everywhere."""
+    return (lambda points: np.zeros(points.shape[1:])) if vorticity is None else vorticity
 
 
 def _enstrophy(state: AdaptiveState) -> float:
