@@ -53,7 +53,7 @@ def concerned(heads, pairs, ends, sources):
 
 @njit(cache=True, nogil=True)
 def mark(
-    first, pieces, step, size, sources, neighbours, absent, depth, moves, inverse, taps, mid,
+    first, pieces, step, size, sources, neighbours, absent, depth, moves, inverse, width,
     shifts, sizes, offsets, tiles,
 ):  # fmt: skip
     """In the tile of each block concerned: which nodes are reached, and which from an end."""
@@ -71,17 +71,29 @@ def mark(
                 for m in range(nm):
                     for k in range(nc):
                         x = i + np.int64(np.floor(moves[0, b, i, m, k] * inverse[b]))
-                        y = m
-                        if parts == 3:
-                            y += np.int64(np.floor(moves[1, b, i, m, k] * inverse[b]))
                         z = k + np.int64(np.floor(moves[parts - 1, b, i, m, k] * inverse[b]))
-                        x, y, z = x - shifts[b, 0], y - shifts[b, 1], z - shifts[b, 2]
-                        bits = OUTER if near[i, m, k] else INNER
-                        for s in range(len(taps)):
-                            for t in range(len(mid)):
-                                start = np.uintp(((x + s) * ty + y + t) * tz + z)
-                                for u in range(len(taps)):
-                                    tile[start + np.uintp(u)] |= bits
+                        place = (x - shifts[b, 0]) * ty * tz + z - shifts[b, 2]
+                        if parts == 3:
+                            y = m + np.int64(np.floor(moves[1, b, i, m, k] * inverse[b]))
+                            place += (y - shifts[b, 1]) * tz
+                        tile[place] |= OUTER if near[i, m, k] else INNER
+            dilate(tile, 1, sizes[b, 0], ty * tz, width)
+            if parts == 3:
+                dilate(tile, sizes[b, 0], ty, tz, width)
+            dilate(tile, sizes[b, 0] * ty, tz, 1, width)
+
+
+@njit(cache=True, nogil=True)
+def dilate(tile, outer, nodes, inner, width):
+    """Along the middle axis of a flat tile: each node also tells for the ``width`` - 1 after it."""
+    done = 1
+    while done < width:
+        shift = min(done, width - done)
+        for o in range(outer):
+            line = tile[o * nodes * inner : (o + 1) * nodes * inner]
+            for n in range(line.size - 1, shift * inner - 1, -1):
+                line[n] |= line[n - shift * inner]
+        done += shift
 
 
 @njit(cache=True, nogil=True)

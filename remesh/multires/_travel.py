@@ -39,19 +39,19 @@ def reach(first, pieces, step, size, moves, inverse, numbers, low, high, bad):
                 for i in range(nx):
                     for m in range(nm):
                         row = moves[part, b, i, m]
-                        a = np.int32(FAR)
-                        z = np.int32(-FAR)
+                        lowest = np.int32(FAR)
+                        highest = np.int32(-FAR)
                         for k in range(nc):
                             x = row[k] * inverse[b]
                             x = x if abs(x) < far else far
                             n = np.int32(np.floor(x))
                             bad[b] |= n == FAR
                             n += np.int32(k if axis == 2 else 0)
-                            a = min(a, n)
-                            z = max(z, n)
-                        home = i if axis == 0 else (m if axis == 1 else 0)
-                        least = min(least, a + home)
-                        most = max(most, z + home)
+                            lowest = min(lowest, n)
+                            highest = max(highest, n)
+                        home = np.int64(i if axis == 0 else (m if axis == 1 else 0))
+                        least = min(least, home + lowest)
+                        most = max(most, home + highest)
                 low[b, axis] = least
                 high[b, axis] = most
 

@@ -28,7 +28,7 @@ def check_displacement(displacement: Array, blocks: Blocks) -> Array:
     return np.ascontiguousarray(moves, precision(moves))
 
 
-def as_blocks(values: Array, blocks: Blocks) -> Array:
+def as_blocks(values: NDArray[Any], blocks: Blocks) -> NDArray[Any]:
     """Values as the loops take them, (components, n, nx, nm, nc); in 2-D nm = 1."""
     edge = blocks.mesh.block
     return values.reshape(-1, blocks.size, edge, edge if blocks.mesh.ndim == 3 else 1, edge)

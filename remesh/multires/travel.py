@@ -168,11 +168,10 @@ class _Way:
         sources = np.zeros(blocks.size, bool)
         _rim.concerned(self.heads, self.pairs, ends, sources)
         tiles = np.empty(self.offsets[-1] if sources.any() else 0, np.uint8)
-        _, taps, mid, _, _ = self.tables
         if sources.any():
             self.share(
                 _rim.mark, blocks, sources, blocks.neighbours, ABSENT, ENDS, self.moves,
-                self.inverse, taps, mid, self.shifts, self.sizes, self.offsets, tiles,
+                self.inverse, len(self.tables[1]), self.shifts, self.sizes, self.offsets, tiles,
             )  # fmt: skip
         wavelet = get_wavelet(blocks.mesh.wavelet)
         depth = min(len(wavelet.predict) + len(wavelet.update) - 2, blocks.mesh.block)
