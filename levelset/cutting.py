@@ -96,7 +96,7 @@ class Cutting:
                 f"largest_step must be positive, got {largest}", hint="largest_step=0.01"
             )
         object.__setattr__(self, "largest_step", largest)
-        grid = self.carrier.grid
+        grid = self.carrier.finest
         for tool in tools:
             if tool.shape.ndim != grid.ndim:
                 raise InputError(
@@ -182,7 +182,7 @@ class Cutting:
 
     def _sweeps(self, time: float, dt: float) -> list[Sweep]:
         """The tools' ways in a step."""
-        pace = PACE * self.carrier.grid.spacing
+        pace = PACE * self.carrier.finest.spacing
         return [tool.sweep(time, time + dt, pace) for tool in cast(Sequence[Tool], self.tools)]
 
     def _ready(self, body: Interface, sweeps: Sequence[Sweep]) -> Interface:
@@ -252,7 +252,7 @@ class Cutting:
     def _margin(self) -> float:
         """How far from a cut particles still serve its kernel [L]."""
         wide = get_kernel(self.carrier.kernel).half_width + 1
-        return self.carrier.reach + wide * self.carrier.grid.spacing
+        return self.carrier.reach + wide * self.carrier.finest.spacing
 
     def _volume(self, body: Interface) -> float:
         band = self.carrier.band(body)

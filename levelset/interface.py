@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from remesh.grid import Grid
+from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
 Nodes = NDArray[np.int64]
@@ -32,3 +33,30 @@ class Interface:
     def size(self) -> int:
         """Number of particles."""
         return len(self.nodes)
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptiveInterface(Interface):
+    """An interface on particles of several spacings: those of each level, the coarsest first.
+
+    ``nodes`` are those of the level's own grid, ascending within each level. Where a finer level
+    has particles the coarser one keeps its own beside them. ``grid`` is the finest.
+    """
+
+    mesh: AdaptiveMesh
+    starts: tuple[int, ...]  # particles starts[l] to starts[l + 1] - 1 are of level l
+
+    @property
+    def size(self) -> int:
+        """Number of active particles: each place counts once, on its finest level."""
+        return int(len(self.nodes) - (len(self.nodes) - self.starts[1]) // 2**self.mesh.ndim)
+
+    def of(self, level: int) -> slice:
+        """The particles of a level."""
+        return slice(self.starts[level], self.starts[level + 1])
+
+    @property
+    def finest(self) -> int:
+        """The finest level that has particles."""
+        counts = np.diff(self.starts)
+        return int(np.flatnonzero(counts)[-1])

@@ -89,17 +89,22 @@ class Lattice:
         )  # fmt: skip
         return float(largest.max(initial=0.0))
 
-    def look_up(self, kernel: str | Kernel, level: float) -> Looked:
-        """The values where the nodes are, those of the level parts +-``level``."""
+    def look_up(self, kernel: str | Kernel, level: float, cells: Nodes | None = None) -> Looked:
+        """The values where the nodes are, those of the level parts +-``level``.
+
+        Told by all cells between particles, or by those that begin at the nodes ``cells``.
+        """
         _, coeffs, taps, mid, terms = tables(kernel, self.grid, np.dtype(np.float64))
-        counts = np.zeros(self.pieces, np.int64)
-        folds = np.zeros(self.pieces, np.int64)
-        room = 2 * self.size + 64
+        begins = self.nodes if cells is None else cells
+        size, pieces = split(len(begins))
+        counts = np.zeros(pieces, np.int64)
+        folds = np.zeros(pieces, np.int64)
+        room = 2 * size + 64
         while True:
-            found = np.empty((self.pieces, room), np.int64)
-            values = np.empty((self.pieces, room))
+            found = np.empty((pieces, room), np.int64)
+            values = np.empty((pieces, room))
             share(
-                _lookup.look_up, self.pieces, self.threads, self.size, self.nodes, self.shape,
+                _lookup.look_up, pieces, self.threads, size, begins, self.shape,
                 self.wraps, self.known, self.fields, level, coeffs, taps, mid, self.mid, terms,
                 found, values, counts, folds,
             )  # fmt: skip
@@ -170,18 +175,23 @@ def remeshed(
 
 
 def around(
-    nodes: Nodes, field: Array, marks: NDArray[np.uint8], grid: Grid, width: float, more: int
-) -> Band:
+    nodes: Nodes, field: Array, marks: NDArray[np.uint8], grid: Grid, width: float, more: int,
+    also: Nodes | None = None,
+) -> Band:  # fmt: skip
     """The band of nodes around the interface of a field, as wide as its profile and ``more`` nodes.
 
     A filament too thin to change a sign stays in it as a dip, and may come back.
 
     ``marks``: 1 at the ``nodes``, where the flat ``field`` is known; both are used up.
+    ``also``: nodes that the band is to be around as well.
     """
     shape, wraps = map(np.array, axes(grid))
     core = np.empty(len(nodes), np.int64)
     bound = CORE * LEVEL * width
     count = _layers.select(nodes, field, marks, bound, shape, wraps, core)
+    if also is not None:
+        core = np.union1d(core[:count], also)
+        count = len(core)
     layers = math.ceil((OUTER - INNER) * width / grid.spacing) + more
     room = min(grid.size, 4 * len(nodes) + 1024)
     while True:

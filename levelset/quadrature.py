@@ -51,7 +51,7 @@ def measures(
     """
     laid = laid_out(phi, grid, nodes)
     mesh = laid.grid
-    found = _inside(laid, _terms(laid, None, "inside", threads))
+    found = with_beyond(laid, cell_terms(laid, None, "inside", threads))
     centre = np.full(mesh.ndim, np.nan)
     if found[0] > 0:
         centre = mesh.origin + mesh.spacing * found[1 : 1 + mesh.ndim] / found[0]
@@ -134,12 +134,12 @@ def integrate(
     wanted = laid.nodes if laid.gaps else None
     if over == "inside":
         given = laid_out(values, laid.grid, wanted, name="values").flat
-        return float(_terms(laid, given, over, threads)[4] * laid.grid.cell_volume)
+        return float(cell_terms(laid, given, over, threads)[4] * laid.grid.cell_volume)
     holes = ~np.isfinite(values) if np.asarray(values).dtype.kind == "f" else np.zeros(1, bool)
     given = laid_out(np.where(holes, 0.0, values), laid.grid, wanted, name="values").flat
     if holes.any():  # far from the surface nobody asks
         given[laid_out(holes.astype(float), laid.grid, wanted).flat > 0] = np.nan
-    found = float(_terms(laid, given, over, threads)[9])
+    found = float(cell_terms(laid, given, over, threads)[9])
     if not math.isfinite(found):
         raise InputError(
             "values must be finite beside the surface", hint="look at them where phi is near zero"
@@ -147,7 +147,7 @@ def integrate(
     return found * float(laid.grid.spacing) ** (laid.grid.ndim - 1)
 
 
-def _terms(laid: Laid, values: Values | None, over: Over, threads: int | None) -> Values:
+def cell_terms(laid: Laid, values: Values | None, over: Over, threads: int | None) -> Values:
     """The sums over cells, in node units: see ``_quadrature.TERMS``.
 
     Between two nodes a cubic through four is off their line by a quarter of the largest step at
@@ -180,7 +180,7 @@ def _terms(laid: Laid, values: Values | None, over: Over, threads: int | None) -
     return total
 
 
-def _inside(laid: Laid, found: Values) -> Values:
+def with_beyond(laid: Laid, found: Values) -> Values:
     """Volume and first moments with the cells beyond the band, in node units."""
     if not laid.gaps:
         return found

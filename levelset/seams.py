@@ -15,10 +15,10 @@ from remesh.grid import Grid
 Array = NDArray[np.floating[Any]]
 
 
-def image_distance(shape: Shape, grid: Grid) -> Array:
+def image_distance(shape: Shape, grid: Grid, points: Array | None = None) -> Array:
     """Signed distance on the nodes; on periodic axes that of the nearest image of the shape.
 
-    Refuses a shape of another dimension.
+    Or at ``points`` (ndim, ...) [L]. Refuses a shape of another dimension.
     """
     if shape.ndim != grid.ndim:
         raise InputError(
@@ -29,12 +29,12 @@ def image_distance(shape: Shape, grid: Grid) -> Array:
         (-length, 0.0, length) if wraps else (0.0,)
         for length, wraps in zip(grid.length, grid.periodic, strict=True)
     ]
-    points = grid.points()
-    column = (grid.ndim, *(1,) * grid.ndim)
-    nearest: Array = shape.distance(points)
+    at = grid.points() if points is None else points
+    column = (grid.ndim, *(1,) * (at.ndim - 1))
+    nearest: Array = shape.distance(at)
     for way in product(*ways):
         if any(way):
-            nearest = np.minimum(nearest, shape.distance(points + np.reshape(way, column)))
+            nearest = np.minimum(nearest, shape.distance(at + np.reshape(way, column)))
     return nearest
 
 

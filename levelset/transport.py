@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal
+from typing import Any, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
 from remesh.limit import Limit, check_step, tightest
+from remesh.multires.mesh import AdaptiveMesh
 from remesh.paths import Velocity, get_scheme, travel
 from remesh.reconstruction import CUTOFF, reconstruct
 
@@ -47,7 +48,7 @@ class ParticleLevelSet:
     Source: Hieber & Koumoutsakos, J. Comput. Phys. 210 (2005) 342.
     """
 
-    grid: Grid
+    grid: Grid | AdaptiveMesh
     velocity: Velocity  # u(time, positions (n, ndim)), (n, ndim) [L/T]
     kernel: str | Kernel = "M6'"  # of remeshing
     time_scheme: Literal["RK2", "RK3", "RK4"] = "RK4"
@@ -60,15 +61,23 @@ class ParticleLevelSet:
     redistancing: int | None = None  # remeshings from one redistancing to the next
     threads: int | None = field(default=None, compare=False)
 
+    def __new__(cls, **settings: Any) -> Self:
+        """On an adaptive mesh the one that keeps particles of several spacings."""
+        if cls is ParticleLevelSet and isinstance(settings.get("grid"), AdaptiveMesh):
+            from levelset.adaptive import AdaptiveLevelSet  # which builds on this class
+
+            return cast(Self, object.__new__(AdaptiveLevelSet))
+        return object.__new__(cls)
+
     def __post_init__(self) -> None:
         """Refuse settings that cannot be computed with."""
         get_kernel(self.kernel)
         get_scheme(self.time_scheme)
-        check_grid(self.grid)
-        axes = getattr(self.velocity, "ndim", self.grid.ndim)
-        if not callable(self.velocity) or axes != self.grid.ndim:
+        check_grid(self.finest)
+        axes = getattr(self.velocity, "ndim", self.finest.ndim)
+        if not callable(self.velocity) or axes != self.finest.ndim:
             raise InputError(
-                f"velocity must be a law u(time, positions) of {self.grid.ndim} dimensions, got "
+                f"velocity must be a law u(time, positions) of {self.finest.ndim} dimensions, got "
                 f"{self.velocity!r:.60}",
                 hint="levelset.laws.SingleVortex(period=8.0)",
             )
@@ -99,9 +108,14 @@ class ParticleLevelSet:
                                  hint=f"{name}=2")  # fmt: skip
 
     @property
+    def finest(self) -> Grid:
+        """The grid; of an adaptive mesh the finest."""
+        return self.grid.grid if isinstance(self.grid, AdaptiveMesh) else self.grid
+
+    @property
     def reach(self) -> float:
         """Half width of the band [L]."""
-        return self.width * self.grid.spacing
+        return self.width * self.finest.spacing
 
     def start(self, shape: Shape | Array, *, time: float = 0.0) -> Interface:
         """Particles on the nodes near the surface of a shape, or of a level set on the grid.
@@ -114,20 +128,20 @@ class ParticleLevelSet:
         if not math.isfinite(start):
             raise InputError(f"time must be finite, got {time}", hint="time=0.0")
         if isinstance(shape, Shape):
-            distance = image_distance(shape, self.grid)
+            distance = image_distance(shape, self.finest)
         else:
-            distance = redistance(shape, self.grid, width=self.reach, threads=self.threads)
+            distance = redistance(shape, self.finest, width=self.reach, threads=self.threads)
         self._check_start(distance)
         values = profile(distance, self.reach).ravel()
         nodes = np.flatnonzero(np.abs(distance.ravel()) < self.reach)
-        band = Band(self.grid, nodes, values[nodes])
+        band = Band(self.finest, nodes, values[nodes])
         if self.remeshing != "never":
             known = np.ones(values.size, np.uint8)
             more = get_kernel(self.kernel).half_width
-            band = around(nodes, values, known, self.grid, self.reach, more)
+            band = around(nodes, values, known, self.finest, self.reach, more)
         state = self._on_nodes(band, Interface(
-            time=start, step=0, grid=self.grid, nodes=band.nodes,
-            positions=np.empty((0, self.grid.ndim)), values=band.values, gradient=0.0,
+            time=start, step=0, grid=self.finest, nodes=band.nodes,
+            positions=np.empty((0, self.finest.ndim)), values=band.values, gradient=0.0,
         ))  # fmt: skip
         return replace(state, gradient=self._gradient(state))
 
@@ -149,7 +163,7 @@ class ParticleLevelSet:
     def due(self, state: Interface) -> bool:
         """Whether the particles are to be remeshed."""
         if self.remeshing == "distorted":
-            return self._lattice(state).distortion() > self.distortion
+            return max(one.distortion() for one, _ in self._lattices(state)) > self.distortion
         if isinstance(self.remeshing, int):
             return state.age >= self.remeshing
         return self.remeshing == "always"
@@ -165,9 +179,9 @@ class ParticleLevelSet:
     def band(self, state: Interface) -> Band:
         """The level set on the nodes near the interface: profile values [L], zero on it."""
         if state.age == 0:
-            return Band(self.grid, state.nodes, state.values.copy())
+            return Band(self.finest, state.nodes, state.values.copy())
         return remeshed(
-            self.grid, state.nodes, state.positions, state.values, self.kernel, self.reach,
+            self.finest, state.nodes, state.positions, state.values, self.kernel, self.reach,
             threads=self.threads,
         )  # fmt: skip
 
@@ -185,9 +199,9 @@ class ParticleLevelSet:
         from particles. Of order ``degree + 1`` while they overlap.
         """
         distances = distance_of(state.values, self.reach)
-        width = radius * self.grid.spacing
+        width = radius * self.finest.spacing
         positions, distances, places = across_seams(
-            state.positions, distances, points, self.grid, CUTOFF * width
+            state.positions, distances, points, self.finest, CUTOFF * width
         )
         return reconstruct(positions, distances, places, width, degree=degree, threads=self.threads)
 
@@ -197,7 +211,7 @@ class ParticleLevelSet:
         Its distance is known on the whole mesh. Refuses one that lies across a periodic seam.
         """
         field = self.band(state).filled(LEVEL * self.reach)
-        return Sampled(redistance(field, self.grid, threads=self.threads), self.grid)
+        return Sampled(redistance(field, self.finest, threads=self.threads), self.finest)
 
     def limit(self, state: Interface) -> Limit:
         """The step in which the velocity gradient deforms the particles' lattice as allowed.
@@ -258,16 +272,18 @@ class ParticleLevelSet:
 
     def _on_nodes(self, band: Band, state: Interface) -> Interface:
         """Particles on the nodes of a band; refuses one that reaches the end of an axis."""
-        positions = places(self.grid, band.nodes)
+        positions = places(self.finest, band.nodes)
         self._check_inside(positions, band.values)
         return replace(state, nodes=band.nodes, values=band.values, positions=positions)
 
     def _check_inside(self, positions: Array, values: Array) -> None:
         """Refuse an inside that reaches the end of an unbounded axis."""
-        half = 0.5 * self.grid.spacing
-        for axis, (low, length) in enumerate(zip(self.grid.origin, self.grid.length, strict=True)):
+        half = 0.5 * self.finest.spacing
+        for axis, (low, length) in enumerate(
+            zip(self.finest.origin, self.finest.length, strict=True)
+        ):
             along = positions[:, axis]
-            if self.grid.periodic[axis] or not along.size:
+            if self.finest.periodic[axis] or not along.size:
                 continue
             first, last = low + half, low + length - half
             if along.min() >= first and along.max() <= last:
@@ -285,7 +301,7 @@ class ParticleLevelSet:
         near = redistance_band(band, width=self.reach, threads=self.threads)
         values = near.values.copy()
         values[np.searchsorted(near.nodes, specks(near))] *= -1.0
-        return Band(self.grid, near.nodes, profile(values, self.reach))
+        return Band(self.finest, near.nodes, profile(values, self.reach))
 
     def _gradient(self, state: Interface) -> float:
         """Largest row sum of |du_i/dx_j| where the particles are, by differences of neighbours."""
@@ -293,30 +309,32 @@ class ParticleLevelSet:
         if known is not None:
             return float(known(state.time))
         velocities = self.velocities(state.time, state.positions)
-        return self._lattice(state).gradient(velocities)
+        return max(one.gradient(velocities[part]) for one, part in self._lattices(state))
 
-    def _lattice(self, state: Interface) -> Lattice:
-        return Lattice(self.grid, state.nodes, state.positions, state.values, self.threads)
+    def _lattices(self, state: Interface) -> Iterator[tuple[Lattice, slice]]:
+        """Lattices of particles, and which of the particles are theirs."""
+        whole = slice(None)
+        yield Lattice(self.finest, state.nodes, state.positions, state.values, self.threads), whole
 
     def _check_start(self, distance: Array) -> None:
         """Refuse what has no interface in the box, or one that touches the box's edge."""
         if not np.isfinite(distance).all():
             raise InputError("the distance is not finite everywhere", hint="check the shape")
-        h = self.grid.spacing
+        h = self.finest.spacing
         if not (distance < 0).any():
             raise InputError(
                 "no node lies inside the shape: the interface is empty",
-                hint=f"a shape inside the box from {self.grid.origin}, {self.grid.length} long, "
-                "larger than a spacing, negative inside",
+                hint=f"a shape inside the box from {self.finest.origin}, {self.finest.length} "
+                "long, larger than a spacing, negative inside",
             )
         if distance.min() > -0.5 * h:
             raise InputError(
                 f"the shape is {-2 * distance.min() / h:.2g} spacings thick: the mesh does not "
                 "see it", hint="a finer mesh",
             )  # fmt: skip
-        for axis in range(self.grid.ndim):
+        for axis in range(self.finest.ndim):
             ends = np.take(distance, [0, -1], axis=axis)
-            if not self.grid.periodic[axis] and (ends < EDGE * h).any():
+            if not self.finest.periodic[axis] and (ends < EDGE * h).any():
                 raise InputError(
                     f"the shape comes within {EDGE} spacings ({EDGE * h:.3g}) of the end of the "
                     f"box along axis {axis}",

@@ -1,0 +1,170 @@
+"""Interfaces on particles of several spacings: fine where the interface needs it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from levelset.band import Band
+from levelset.interface import AdaptiveInterface, Interface
+from levelset.lookup import Lattice, places
+from levelset.profile import LEVEL, profile
+from levelset.pyramid import Pyramid, remeshed, started, to_uniform
+from levelset.pyramid_measures import pyramid_measures
+from levelset.redistancing import redistance
+from levelset.seams import image_distance
+from levelset.shape import Shape
+from levelset.transport import ParticleLevelSet
+from remesh.errors import InputError, as_number
+from remesh.kernels import get_kernel
+from remesh.multires.mesh import AdaptiveMesh
+
+Array = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptiveLevelSet(ParticleLevelSet):
+    """Interfaces carried by particles of several spacings: `ParticleLevelSet` on `AdaptiveMesh`."""
+
+    def __post_init__(self) -> None:
+        """Refuse settings that cannot be computed with."""
+        super().__post_init__()
+        if self.remeshing == "never":
+            raise InputError(
+                "an adaptive mesh follows the interface by remeshing, got remeshing='never'",
+                hint="remeshing='always', or a uniform grid",
+            )
+        if self.redistancing is not None:
+            raise InputError(
+                f"an adaptive mesh is not redistanced, got redistancing={self.redistancing}",
+                hint="redistancing=None; a larger width, or more levels, where the flow is long",
+            )
+
+    @property
+    def mesh(self) -> AdaptiveMesh:
+        """The adaptive mesh."""
+        return cast(AdaptiveMesh, self.grid)
+
+    @property
+    def reach(self) -> float:
+        """Half width of the band of the coarsest level, and of the profile [L]."""
+        return self.width * self.mesh.spacing(0)
+
+    def start(self, shape: Shape | Array, *, time: float = 0.0) -> AdaptiveInterface:
+        """Particles near the surface of a shape, or of a level set on the finest grid."""
+        start = as_number("time", time)
+        law = self._law(shape)
+        pyramid = started(
+            self.mesh, lambda at: profile(law(at), self.reach), self.reach, self._more
+        )
+        state = self._on_bands(pyramid, AdaptiveInterface(
+            time=start, step=0, grid=self.finest, nodes=np.empty(0, np.int64),
+            positions=np.empty((0, self.finest.ndim)), values=np.empty(0), gradient=0.0,
+            mesh=self.mesh, starts=(0,),
+        ))  # fmt: skip
+        return replace(state, gradient=self._gradient(state))
+
+    def remesh(self, state: Interface) -> AdaptiveInterface:
+        """The same interface on nodes again, finer and coarser where it must be."""
+        own = cast(AdaptiveInterface, state)
+        return self._on_bands(self.pyramid(own), replace(own, remeshings=own.remeshings + 1, age=0))
+
+    def pyramid(self, state: Interface) -> Pyramid:
+        """The level set on the bands of all levels: profile values [L], zero on the interface."""
+        own = cast(AdaptiveInterface, state)
+        parts = [own.of(level) for level in range(self.mesh.levels + 1)]
+        if own.age == 0:
+            grids = [self.mesh.level_grid(level) for level in range(len(parts))]
+            return Pyramid(self.mesh, tuple(
+                Band(grid, own.nodes[part], own.values[part])
+                for grid, part in zip(grids, parts, strict=True)
+            ))  # fmt: skip
+        return remeshed(
+            self.mesh,
+            [(own.nodes[part], own.positions[part], own.values[part]) for part in parts],
+            self.kernel, self.reach, threads=self.threads,
+        )  # fmt: skip
+
+    def band(self, state: Interface) -> Band:
+        """The level set on nodes of the finest grid near the interface."""
+        field = self.to_uniform(state)
+        nodes = np.flatnonzero(np.abs(field) < LEVEL * self.reach)
+        return Band(self.finest, nodes, field.reshape(-1)[nodes])
+
+    def rebuild(
+        self, state: Interface, points: Array, *, radius: float = 0.8, degree: int = 2
+    ) -> Array:
+        """Refused: particles of several spacings have no one radius."""
+        raise InputError(
+            "an interface on an adaptive mesh is not rebuilt from its particles",
+            hint="flow.to_uniform(state), or a uniform grid",
+        )
+
+    def to_uniform(self, state: Interface, level: int | None = None) -> Array:
+        """The level set on all nodes of a level, the finest by default: level beyond the band."""
+        asked = self.mesh.levels if level is None else level
+        return to_uniform(self.pyramid(state), asked, LEVEL * self.reach, threads=self.threads)
+
+    def fields(self, state: Interface) -> Mapping[str, Array]:
+        """The level set on all nodes of the finest grid."""
+        return {"level_set": self.to_uniform(state)}
+
+    def ledger(self, state: Interface) -> Mapping[str, float]:
+        """Volume inside, area of the surface; particles, active ones, and how fine they are."""
+        pyramid = self.pyramid(state)
+        found = pyramid_measures(pyramid, threads=self.threads)
+        return {
+            "volume": found.volume,
+            "surface": found.area,
+            "particles": float(pyramid.stored),
+            "active": float(pyramid.active),
+            "compression": self.finest.size / max(1, pyramid.active),
+            "finest_level": float(pyramid.finest),
+            "remeshings": float(state.remeshings),
+        }
+
+    @property
+    def _more(self) -> int:
+        """Nodes that the kernel reads to each side."""
+        return get_kernel(self.kernel).half_width
+
+    def _on_bands(self, pyramid: Pyramid, state: AdaptiveInterface) -> AdaptiveInterface:
+        """Particles on the nodes of all bands."""
+        bands = pyramid.bands
+        nodes = np.concatenate([band.nodes for band in bands])
+        values = np.concatenate([band.values for band in bands])
+        positions = np.concatenate([places(band.grid, band.nodes) for band in bands])
+        starts = np.cumsum([0, *(len(band.nodes) for band in bands)])
+        self._check_inside(positions, values)
+        return replace(
+            state, nodes=nodes, values=values, positions=positions,
+            starts=tuple(int(s) for s in starts),
+        )  # fmt: skip
+
+    def _lattices(self, state: Interface) -> Iterator[tuple[Lattice, slice]]:
+        own = cast(AdaptiveInterface, state)
+        for level in range(self.mesh.levels + 1):
+            part = own.of(level)
+            grid = self.mesh.level_grid(level)
+            lattice = Lattice(
+                grid, own.nodes[part], own.positions[part], own.values[part], self.threads
+            )
+            yield lattice, part
+            lattice.close()
+
+    def _law(self, shape: Shape | Array) -> Callable[[Array], Array]:
+        """The signed distance at places (n, ndim)."""
+        if isinstance(shape, Shape):
+            return lambda at: image_distance(shape, self.finest, np.ascontiguousarray(at.T))
+        known = redistance(shape, self.finest, width=self.reach, threads=self.threads)
+        start = np.array(self.finest.origin)
+
+        def at_nodes(at: Array) -> Array:
+            indices = np.rint((at - start) / self.finest.spacing).astype(np.int64)
+            return np.asarray(known[tuple(indices.T)])
+
+        return at_nodes
