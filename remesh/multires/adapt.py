@@ -49,8 +49,8 @@ def adapt(
     it or within 4 nodes; where ``always`` asks for it (places of levels 0, 1, ...); and where
     the balance needs it. ``scale`` [unit of the fields] is one or one per field, by default
     their largest absolute value. Of ``most_blocks`` of the mesh too many, both thresholds
-    are raised by the least common factor that does. Details of blocks that go, and those that reach
-    past the blocks of their level, are let go by the lifting: the sums over the
+    are raised by the least common factor that does. Details of blocks that go, and those within
+    N + N~ - 2 nodes of a coarser neighbour, are let go by the lifting: the sums over the
     coarsest nodes of f x^a y^b z^c, a, b, c < N~, stay (`pyramid.forward` with ``spill``) where
     nothing reaches the ends of the domain. O(nodes); same bits for any number of threads.
     Source: Rossinelli et al., J. Comput. Phys. 288 (2015) 1; Gillis & van Rees, SIAM J. Sci.
@@ -160,11 +160,12 @@ def _target(blocks: Blocks, cells: Cells, kept: NDArray[np.int64]) -> tuple[Bloc
 
 
 def _carried(details: Array, blocks: Blocks, target: Blocks, threads: int) -> Array:
-    """Details on other blocks, without those that reach past the blocks of their level."""
+    """Details on other blocks, without those whose lifting steps reach past a level's blocks."""
     from remesh.multires import _adapt
 
     result = np.empty((*details.shape[: -len(blocks.shape)], *target.shape), details.dtype)
-    reach = max(len(get_wavelet(blocks.mesh.wavelet).update) - 1, 0)
+    wavelet = get_wavelet(blocks.mesh.wavelet)
+    reach = max(len(wavelet.update) - 1, 0) + len(wavelet.predict) - 1
     share(
         _adapt.carry, target.size, threads, layers(details, blocks), target.found_in(blocks),
         target.neighbours, reach, layers(result, target),

@@ -37,7 +37,7 @@ def forward(
     coarser values change under the level's blocks only, and `inverse` undoes it for any values.
     With ``spill`` those beside the blocks get their part of the details too: then the sums
     over the coarsest nodes of f x^a y^b z^c, a, b, c < N~, stay whatever details are
-    dropped afterwards. Both are the same where details vanish within N~ - 1 nodes of a coarser
+    dropped afterwards. Both are the same where details vanish within N + N~ - 2 nodes of a coarser
     neighbour. O(nodes); same bits for any number of threads.
     Source: Sweldens, SIAM J. Math. Anal. 29 (1998) 511; blocks as in Gillis & van Rees, SIAM J.
     Sci. Comput. 44 (2022) C367.
