@@ -30,33 +30,46 @@ def extent(this, axis, total, size, before, odd, upward):
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
+def add_two(target, weights, factor, a, b):
+    """``target`` += factor * (weights times two rows)."""
+    w0, w1 = factor * weights[0], factor * weights[1]
+    for i in range(target.size):
+        target[i] += w0 * a[i] + w1 * b[i]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def add_four(target, weights, factor, a, b, c, d):
+    """``target`` += factor * (weights times four rows)."""
+    w0, w1 = factor * weights[0], factor * weights[1]
+    w2, w3 = factor * weights[2], factor * weights[3]
+    for i in range(target.size):
+        target[i] += w0 * a[i] + w1 * b[i] + w2 * c[i] + w3 * d[i]
+
+
+@njit(cache=True, nogil=True)
 def lift(box, axis, size, before, odd, weights, sign, upward):
     """The odd or the even nodes of the block += sign * weights of the others along an axis."""
     sx, sy, sz = box.shape
     x0, x1 = extent(0, axis, sx, size, before, odd, upward)
     y0, y1 = extent(1, axis, sy, size, before, odd, upward)
     z0, z1 = extent(2, axis, sz, size, before, odd, upward)
-    for t in range(weights.size):
-        weight = sign * weights[t]
-        shift = 2 * t - weights.size + 1
-        if axis == 0:
-            for x in range(x0, x1, 2):
-                for y in range(y0, y1):
-                    target, source = box[x, y], box[x + shift, y]
-                    for z in range(z0, z1):
-                        target[z] += weight * source[z]
-        elif axis == 1:
-            for x in range(x0, x1):
-                for y in range(y0, y1, 2):
-                    target, source = box[x, y], box[x, y + shift]
-                    for z in range(z0, z1):
-                        target[z] += weight * source[z]
-        else:
-            for x in range(x0, x1):
-                for y in range(y0, y1):
-                    line = box[x, y]
-                    for z in range(z0, z1, 2):
-                        line[z] += weight * line[z + shift]
+    jump_x, jump_y, jump_z = 2 if axis == 0 else 1, 2 if axis == 1 else 1, 2 if axis == 2 else 1
+    dx, dy, dz = 1 if axis == 0 else 0, 1 if axis == 1 else 0, 1 if axis == 2 else 0
+    for start in range(0, weights.size, 4):
+        s = 2 * start - weights.size + 1
+        some = weights[start:]
+        for x in range(x0, x1, jump_x):
+            for y in range(y0, y1, jump_y):
+                target = box[x, y, z0:z1:jump_z]
+                i, j, k, m = x + s * dx, y + s * dy, z0 + s * dz, z1 + s * dz
+                a = box[i, j, k:m:jump_z]
+                b = box[i + 2 * dx, j + 2 * dy, k + 2 * dz : m + 2 * dz : jump_z]
+                if some.size < 4:
+                    add_two(target, some, sign, a, b)
+                    continue
+                c = box[i + 4 * dx, j + 4 * dy, k + 4 * dz : m + 4 * dz : jump_z]
+                d = box[i + 6 * dx, j + 6 * dy, k + 6 * dz : m + 6 * dz : jump_z]
+                add_four(target, some, sign, a, b, c, d)
 
 
 @njit(cache=True, nogil=True)
