@@ -48,19 +48,27 @@ def fold(ahead, behind, total, difference):
 
 
 @njit(cache=True, nogil=True)
-def lay(values, number, around, under, sides, weights, ghosts, space, box, lane, lanes, rows):
-    """A block and its ghosts into its lane of rows (.., 2, nodes * lanes), phase by phase."""
+def lay(values, own, around, under, sides, weights, ghosts, space, boxes, rows):
+    """Blocks and their ghosts into the lanes of rows (.., 2, nodes * lanes), phase by phase."""
     start, nodes, slab, plane = space
-    if has_jump(around[number]):
-        lattice(values, values, around[number], under[number], sides[number], start, nodes)
-        subdivide(nodes, start, (ghosts, ghosts, ghosts), weights, slab, plane, box)
-    copy(values, around[number], ghosts, ghosts, box, False)
-    flat = box.reshape(-1, box.shape[2])
-    for r in range(flat.shape[0]):
-        for phase in range(2):
-            target = rows[r, phase]
-            for i in range(flat.shape[1] // 2):
-                target[i * lanes + lane] = flat[r, 2 * i + phase]
+    lanes = own.size
+    for lane in range(lanes):
+        n = own[lane]
+        if n < 0:
+            continue
+        if has_jump(around[n]):
+            lattice(values, values, around[n], under[n], sides[n], start, nodes)
+            before = (ghosts, ghosts, ghosts)
+            subdivide(nodes, start, before, weights, slab, plane, boxes[lane])
+        copy(values, around[n], ghosts, ghosts, boxes[lane], False)
+    flat = boxes.reshape(lanes, -1, boxes.shape[3])
+    for r in range(flat.shape[1]):
+        for lane in range(lanes):
+            source = flat[lane, r]
+            for phase in range(2):
+                target = rows[r, phase]
+                for i in range(source.size // 2):
+                    target[i * lanes + lane] = source[2 * i + phase]
 
 
 @njit(cache=True, nogil=True)
@@ -73,7 +81,7 @@ def store(sums, factor, lane, lanes, line):
 
 @njit(cache=True, nogil=True)
 def correct_plane(
-    first, groups, step, lanes, numbers, values, around, under, sides, weights, tables, extents,
+    first, groups, step, numbers, values, around, under, sides, weights, tables, extents,
     which, factors, out,
 ):  # fmt: skip
     """Corrections of 2-D blocks ``numbers``: ``out[:, n] = factors[n] * (d_y G, -d_x G) * values``.
@@ -81,23 +89,19 @@ def correct_plane(
     ``tables``: [which][parity of the row][component][m][phase][parity of the target][slot].
     """
     reach = extents.size - 1
+    lanes = numbers.shape[1]
     size = values.shape[-1]
     wide = size + 2 * reach
     nodes = (wide // 2 + CHUNK) * lanes
     space = scratch(values[0], reach, reach, weights.size // 2)
-    box = np.empty((1, wide, wide), values.dtype)
+    boxes = np.zeros((lanes, 1, wide, wide), values.dtype)
     rows = np.zeros((wide, 2, nodes), values.dtype)
     folded = np.empty((2, 2, nodes), values.dtype)
     sums = np.empty((2, 2, size // 2 * lanes), values.dtype)
     for group in range(first, groups, step):
         own = numbers[group]
         taps = tables[which[group]]
-        for lane in range(lanes):
-            if own[lane] >= 0:
-                lay(
-                    values[0], own[lane], around, under, sides, weights, reach, space, box, lane,
-                    lanes, rows,
-                )  # fmt: skip
+        lay(values[0], own, around, under, sides, weights, reach, space, boxes, rows)
         for y in range(size):
             sums[:] = 0
             for m in range(reach + 1):
@@ -116,7 +120,7 @@ def correct_plane(
             for c in range(2):
                 for lane in range(lanes):
                     if own[lane] >= 0:
-                        store(sums[c], factors[group], lane, lanes, out[c, own[lane], 0, y])
+                        store(sums[c], factors[own[lane]], lane, lanes, out[c, own[lane], 0, y])
 
 
 @njit(cache=True, nogil=True)
@@ -128,7 +132,7 @@ def combine(ahead, behind, one, other, total):
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def correct_space(
-    first, groups, step, lanes, numbers, values, around, under, sides, weights, tables, extents,
+    first, groups, step, numbers, values, around, under, sides, weights, tables, extents,
     which, factors, out,
 ):  # fmt: skip
     """Corrections of 3-D blocks, curl(G * values).
@@ -137,11 +141,12 @@ def correct_space(
     the target][slot]; ``extents[m_x, m_y]`` is negative where there are no taps.
     """
     reach = extents.shape[0] - 1
+    lanes = numbers.shape[1]
     size = values.shape[-1]
     wide = size + 2 * reach
     nodes = (wide // 2 + CHUNK) * lanes
     space = scratch(values[0], reach, reach, weights.size // 2)
-    box = np.empty((wide, wide, wide), values.dtype)
+    boxes = np.zeros((lanes, wide, wide, wide), values.dtype)
     rows = np.zeros((3, wide, wide, 2, nodes), values.dtype)
     planes = np.empty((2, 3, wide, 2 * nodes), values.dtype)
     line = np.empty((2, nodes), values.dtype)
@@ -150,12 +155,7 @@ def correct_space(
         own = numbers[group]
         for c in range(3):
             flat = rows[c].reshape(wide * wide, 2, nodes)
-            for lane in range(lanes):
-                if own[lane] >= 0:
-                    lay(
-                        values[c], own[lane], around, under, sides, weights, reach, space, box,
-                        lane, lanes, flat,
-                    )  # fmt: skip
+            lay(values[c], own, around, under, sides, weights, reach, space, boxes, flat)
         for x in range(size):
             sums[:] = 0
             for m in range(reach + 1):
@@ -171,7 +171,9 @@ def correct_space(
                 for c in range(3):
                     for lane in range(lanes):
                         if own[lane] >= 0:
-                            store(sums[y, c], factors[group], lane, lanes, out[c, own[lane], x, y])
+                            store(
+                                sums[y, c], factors[own[lane]], lane, lanes, out[c, own[lane], x, y]
+                            )
 
 
 @njit(cache=True, nogil=True)
@@ -237,27 +239,25 @@ def descend(first, pieces, step, start, velocity, around, under, sides, weights)
 @njit(cache=True, nogil=True)
 def extend(nodes, around, before, half):
     """Go on beyond unbounded ends by cubics, one axis after the other."""
-    deep = 1 if nodes.shape[0] > 1 else 0
     middle = around.size // 2
     low, high = before, before + half - 1
-    for k in range(nodes.shape[0] * deep):
-        if around[middle - 9] == OUTSIDE and k < low:
-            i = low - 1 - k
-            nodes[i] = 4 * (nodes[i + 1] + nodes[i + 3]) - 6 * nodes[i + 2] - nodes[i + 4]
-        if around[middle + 9] == OUTSIDE and high + 1 + k < nodes.shape[0]:
-            i = high + 1 + k
-            nodes[i] = 4 * (nodes[i - 1] + nodes[i - 3]) - 6 * nodes[i - 2] - nodes[i - 4]
-    for x in range(nodes.shape[0]):
-        for axis in range(2):
-            plane = nodes[x] if axis == 0 else nodes[x].T
-            away = 3 if axis == 0 else 1
-            for k in range(plane.shape[0]):
-                if around[middle - away] == OUTSIDE and k < low:
-                    i = low - 1 - k
-                    plane[i] = 4 * (plane[i + 1] + plane[i + 3]) - 6 * plane[i + 2] - plane[i + 4]
-                if around[middle + away] == OUTSIDE and high + 1 + k < plane.shape[0]:
-                    i = high + 1 + k
-                    plane[i] = 4 * (plane[i - 1] + plane[i - 3]) - 6 * plane[i - 2] - plane[i - 4]
+    if nodes.shape[0] > 1:
+        go_on(nodes, low, high, around[middle - 9] == OUTSIDE, around[middle + 9] == OUTSIDE)
+    for plane in nodes:
+        go_on(plane, low, high, around[middle - 3] == OUTSIDE, around[middle + 3] == OUTSIDE)
+        turned = plane.T
+        go_on(turned, low, high, around[middle - 1] == OUTSIDE, around[middle + 1] == OUTSIDE)
+
+
+@njit(cache=True, nogil=True)
+def go_on(rows, low, high, below, above):
+    """Rows before ``low`` and after ``high`` by cubics through the four next to them."""
+    if below:
+        for i in range(low - 1, -1, -1):
+            rows[i] = 4 * (rows[i + 1] + rows[i + 3]) - 6 * rows[i + 2] - rows[i + 4]
+    if above:
+        for i in range(high + 1, rows.shape[0]):
+            rows[i] = 4 * (rows[i - 1] + rows[i - 3]) - 6 * rows[i - 2] - rows[i - 4]
 
 
 @njit(cache=True, nogil=True)

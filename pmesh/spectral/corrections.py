@@ -21,6 +21,7 @@ from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 REACHES = (6, 8, 10, 12)  # nodes
+LANES = 16  # blocks corrected together
 
 
 class AdaptiveSolver:
@@ -120,17 +121,15 @@ class AdaptiveSolver:
 
         ndim, mesh = self.mesh.ndim, self.mesh
         dtype = sources.dtype
-        lanes = 64 // dtype.itemsize if ndim == 2 else 32 // dtype.itemsize
-        levels = range(1, blocks.finest + 1)
-        groups = [_groups(blocks.starts[n], blocks.starts[n + 1], lanes) for n in levels]
-        each = [len(some) for some in groups]
-        spacings = np.repeat([mesh.spacing(n) for n in levels], each).astype(dtype)
-        which = np.repeat([int(n == mesh.levels) for n in levels], each)
+        last = blocks.starts[mesh.levels]
+        groups = [_groups(blocks.starts[1], last), _groups(last, blocks.size)]
+        which = np.repeat((0, 1), [len(some) for some in groups])
+        spacings = (mesh.grid.spacing * 2.0 ** (mesh.levels - blocks.levels)).astype(dtype)
         tables, extents = _tables(self._wavelet, self.order, ndim, self.reach, dtype.char)
         predict = np.array([float(w) for w in self._wavelet.predict], dtype)
         law = _corrections.correct_plane if ndim == 2 else _corrections.correct_space
         share(
-            law, sum(each), self.threads, lanes, np.concatenate(groups), sources,
+            law, which.size, self.threads, np.concatenate(groups), sources,
             blocks.neighbours, blocks.coarser, blocks.sides, predict, tables, extents, which,
             spacings, out,
         )  # fmt: skip
@@ -158,12 +157,12 @@ def _layers(values: Array, blocks: Blocks) -> Array:
     return values.reshape(-1, blocks.size, size if blocks.mesh.ndim == 3 else 1, size, size)
 
 
-def _groups(start: int, stop: int, lanes: int) -> NDArray[np.int64]:
-    """Numbers of blocks, ``lanes`` in a row, -1 where there are no more."""
-    count = -(-(stop - start) // lanes)
-    numbers = np.full(count * lanes, -1, np.int64)
+def _groups(start: int, stop: int) -> NDArray[np.int64]:
+    """Numbers of blocks, as many in a row as are corrected together; -1 where there are no more."""
+    count = -(-(stop - start) // LANES)
+    numbers = np.full(count * LANES, -1, np.int64)
     numbers[: stop - start] = np.arange(start, stop)
-    return numbers.reshape(count, lanes)
+    return numbers.reshape(count, LANES)
 
 
 @lru_cache(maxsize=16)
