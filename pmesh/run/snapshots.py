@@ -1,6 +1,7 @@
 """Snapshots of the fields that ParaView, VTK and h5py open as they are.
 
 Each snapshot is a VTKHDF image of its own, ``fields/<step>.vtkhdf``, on the grid of its moment.
+Fields on the blocks of an adaptive mesh are VTKHDF overlapping AMR instead, see `pmesh.run.amr`.
 The index ``fields.vtkhdf`` is one temporal VTKHDF image over the smallest box that holds them all:
 its arrays are HDF5 virtual datasets that point into the snapshots, so it stays small, and where a
 snapshot has no nodes, because the domain grew or moved, it reads NaN. A kill at any moment leaves
@@ -27,6 +28,7 @@ from remesh.errors import InputError
 from remesh.grid import Grid
 
 LIBRARY = ("v110", "v110")  # the oldest HDF5 with all that is used here, for old readers
+Names = Mapping[str, tuple[int, np.dtype[Any]]]  # of fields: components (0: scalar), dtype
 
 
 @dataclass(frozen=True)
@@ -37,19 +39,23 @@ class Snapshot:
     step: int
     time: float  # [T]
     grid: Grid
-    names: Mapping[str, tuple[int, np.dtype[Any]]]  # of each field: components (0: scalar), dtype
+    names: Names
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """A field: a scalar of ``grid.shape``, or a vector ``(ndim, *grid.shape)``."""
-        if name not in self.names:
-            raise InputError(
-                f"the snapshot holds {sorted(self.names)}, got {name!r}", hint="one of these names"
-            )
+        self.check(name)
         with reading(self.path), h5py.File(self.path, "r") as file:
             data: NDArray[Any] = file["VTKHDF/PointData"][name][()]
         if not self.names[name][0]:
             return np.ascontiguousarray(data.T)
         return np.ascontiguousarray(data.T[: self.grid.ndim])
+
+    def check(self, name: str) -> None:
+        """Refuse a name that the snapshot does not hold."""
+        if name not in self.names:
+            raise InputError(
+                f"the snapshot holds {sorted(self.names)}, got {name!r}", hint="one of these names"
+            )
 
 
 class Snapshots:
@@ -91,7 +97,7 @@ class Snapshots:
             return
         fields = self._chosen(moment.flow.fields(moment.state))
         path = moment.out / SNAPSHOTS / f"{moment.step:08d}.vtkhdf"
-        snapshot = write_snapshot(path, moment.state.grid, fields, moment.step, moment.time)
+        snapshot = _written(path, moment, fields)
         self._written = [s for s in self._written if s.step < moment.step] + [snapshot]
         write_index(moment.out, self._written)
 
@@ -110,6 +116,16 @@ class Snapshots:
             name: field.astype(np.uint8 if field.dtype == bool else self.dtype or field.dtype)
             for name, field in kept.items()
         }
+
+
+def _written(path: Path, moment: Moment, fields: Mapping[str, NDArray[Any]]) -> Snapshot:
+    """The snapshot of a moment, written: on the state's blocks if it has some, else on its grid."""
+    blocks = getattr(moment.state, "blocks", None)
+    if blocks is None:
+        return write_snapshot(path, moment.state.grid, fields, moment.step, moment.time)
+    from pmesh.run.amr import write_blocks
+
+    return write_blocks(path, blocks, fields, moment.step, moment.time)
 
 
 def write_snapshot(
@@ -141,6 +157,11 @@ def write_index(folder: Path, snapshots: Sequence[Snapshot]) -> None:
     if not snapshots:
         with storing(folder / FIELDS):
             (folder / FIELDS).unlink(missing_ok=True)
+        return
+    if any(hasattr(snapshot, "blocks") for snapshot in snapshots):
+        from pmesh.run.amr import write_block_index
+
+        write_block_index(folder, snapshots)
         return
     starts = [_offset(s.grid, snapshots[0].grid) for s in snapshots]
     first = tuple(min(axis) for axis in zip(*starts, strict=True))
@@ -210,7 +231,12 @@ def _offset(grid: Grid, lattice: Grid) -> tuple[int, ...]:
 def read_snapshot(path: Path) -> Snapshot:
     """Where a snapshot is, what it holds and on which grid; the fields stay on the disk."""
     with reading(path), h5py.File(path, "r") as file:
-        root, data = file["VTKHDF"], file["VTKHDF/PointData"]
+        root = file["VTKHDF"]
+        if root.attrs["Type"] == b"OverlappingAMR":
+            from pmesh.run.amr import read_blocks
+
+            return read_blocks(path, file)
+        data = root["PointData"]
         boundary = [str(word) for word in file.attrs["boundary"]]
         ndim = len(boundary)
         grid = Grid(
