@@ -1,0 +1,122 @@
+"""Laws of what spreads on an adaptive mesh."""
+
+import numpy as np
+import pytest
+from nested_blocks import nested, recipe
+
+from remesh.errors import InputError
+from remesh.multires.blocks import Blocks
+from remesh.multires.diffusion import REACHES, plan, spread, stencil
+from remesh.multires.pyramid import restricted
+
+
+def gaussian(points, width, start=None):
+    """A Gaussian of this width that had height one when it had the width ``start``."""
+    square = sum((x - 0.5) ** 2 for x in points)
+    return np.exp(-square / 2 / width**2) * ((start or width) / width) ** len(points)
+
+
+@pytest.mark.parametrize(("reach", "most"), REACHES.items())
+@pytest.mark.parametrize("part", [0.01, 0.3, 1.0])
+def test_stencils_have_the_moments_of_the_heat_kernel_and_let_no_wave_grow(reach, most, part):
+    variance = part * most
+    weights = stencil(variance, reach)
+    steps = np.arange(1, reach + 1.0)
+    assert weights[0] + 2 * weights[1:].sum() == pytest.approx(1, abs=1e-14)
+    expected = 1.0
+    for half in range(1, reach + 1):
+        expected *= (2 * half - 1) * 2 * variance  # moment 2 half of a Gaussian
+        found = 2 * (weights[1:] * steps ** (2 * half)).sum()
+        size = 2 * (np.abs(weights[1:]) * steps ** (2 * half)).sum()
+        assert abs(found - expected) < 1e-12 * size
+    angles = np.linspace(0, np.pi, 200)
+    symbol = weights[0] + 2 * np.cos(np.outer(angles, steps)) @ weights[1:]
+    assert np.abs(symbol).max() <= 1 + 1e-14
+
+
+@pytest.mark.parametrize("ndim", [2, 3])
+@pytest.mark.parametrize("boundary", ["periodic", "unbounded"])
+def test_a_gaussian_widens_as_it_must_to_eighth_order(ndim, boundary):
+    errors = []
+    for nodes in (64, 128) if ndim == 2 else (32, 64):
+        blocks = Blocks.uniform(recipe(nodes, ndim, 1, boundary), 1)
+        h, start = 1 / nodes, 0.03 if ndim == 2 else 0.06
+        variance = 0.5 * h * h
+        width = np.sqrt(start**2 + 2 * variance)
+        found = spread(gaussian(blocks.points(), start), blocks, variance).values
+        own = blocks.of(1)
+        exact = gaussian(blocks.points(), width, start)
+        errors.append(np.abs(found[own] - exact[own]).max())
+    assert errors[1] < 1e-5
+    assert np.log2(errors[0] / errors[1]) > 7.5
+
+
+@pytest.mark.parametrize("variance", [0.3, 1.0, 1.9, 7.0])
+@pytest.mark.parametrize(("ndim", "nodes"), [(2, 256), (3, 128)])
+@pytest.mark.parametrize(("dtype", "tolerance"), [(np.float64, 4e-6), (np.float32, 6e-6)])
+def test_refined_regions_spread_as_if_all_were_fine(ndim, nodes, variance, dtype, tolerance):
+    width = 4 / nodes
+    mesh = recipe(nodes, ndim, 2 if ndim == 2 else 1, "unbounded")
+    blocks = nested(mesh, (0.5,) * ndim, 9 * width)
+    values = restricted(gaussian(blocks.points(), width), blocks).astype(dtype)
+    found = spread(values, blocks, variance / nodes**2)
+    wide = np.sqrt(width**2 + 2 * variance / nodes**2)
+    own = blocks.of(mesh.levels)
+    exact = gaussian(blocks.points()[:, own], wide, width)
+    assert np.abs(found.values[own] - exact).max() < tolerance
+    before, after = values[blocks.of(0)].sum(), found.values[blocks.of(0)].sum()
+    assert abs(after - before) < tolerance * before
+    assert found.values.dtype == dtype
+
+
+def test_what_spreads_across_unbounded_ends_is_told():
+    blocks = Blocks.uniform(recipe(64, 2, 1, "unbounded"), 0)
+    values = np.random.default_rng(0).normal(size=(2, *blocks.shape))
+    found = spread(values, blocks, 0.02**2)
+    volume = blocks.mesh.spacing(0) ** 2
+    left = volume * (values - found.values).sum(axis=(1, 2, 3))
+    np.testing.assert_allclose(found.lost, left, atol=1e-14)
+    assert np.all(np.abs(found.lost) > 1e-8)
+    periodic = Blocks.uniform(recipe(64, 2, 1), 0)
+    kept = spread(values, periodic, 0.02**2)
+    np.testing.assert_array_equal(kept.lost, 0)
+    np.testing.assert_allclose(kept.values.sum(axis=(1, 2, 3)), values.sum(axis=(1, 2, 3)))
+
+
+def test_noise_never_grows():
+    blocks = nested(recipe(128), (0.5, 0.5), 0.1)
+    values = restricted(np.random.default_rng(0).normal(size=blocks.shape), blocks)
+    for variance in (0.1, 0.6, 1.3, 2.0, 11.0):
+        found = spread(values, blocks, variance / 128**2).values
+        assert np.abs(found).max() <= np.abs(values).max()
+
+
+def test_substeps_are_as_few_as_the_ghosts_allow():
+    assert plan(0.6, 12) == (4, 1)
+    assert plan(0.61, 12) == (8, 1)
+    assert plan(2.0, 12) == (12, 1)
+    assert plan(4.1, 12) == (12, 3)
+    assert plan(4.1, 4) == (4, 7)
+
+
+def test_nothing_spreads_in_no_time():
+    blocks = nested(recipe(128), (0.5, 0.5), 0.1)
+    values = np.random.default_rng(0).normal(size=blocks.shape)
+    found = spread(values, blocks, 0.0)
+    np.testing.assert_array_equal(found.values, values)
+    assert found.values is not values
+    assert found.lost == 0
+
+
+def test_results_do_not_depend_on_threads_nor_on_fields_beside():
+    blocks = nested(recipe(128), (0.5, 0.5), 0.1)
+    values = np.random.default_rng(0).normal(size=(2, *blocks.shape))
+    both = spread(values, blocks, 1e-4, threads=3)
+    np.testing.assert_array_equal(both.values[1], spread(values[1], blocks, 1e-4).values)
+
+
+@pytest.mark.parametrize("variance", [-1e-3, np.nan, np.inf])
+def test_an_impossible_variance_is_refused(variance):
+    blocks = nested(recipe(128), (0.5, 0.5), 0.1)
+    with pytest.raises(InputError, match="variance must be finite and >= 0"):
+        spread(np.ones(blocks.shape), blocks, variance)
