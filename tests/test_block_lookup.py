@@ -76,6 +76,19 @@ def test_each_place_is_read_on_the_finest_level_up_to_its_own():
         assert np.all(found[own] < level + 0.3)
 
 
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_places_just_below_a_node_are_read_as_that_node(dtype):
+    mesh = recipe(256, 2, 2, "unbounded")
+    blocks = nested(mesh, (0.4, 0.5), 0.06)
+    source = Blocks.uniform(mesh, 2)
+    field = np.random.default_rng(0).normal(size=blocks.shape).astype(dtype)
+    move = np.zeros((2, *source.shape), dtype)
+    exact = sampled_at(field, blocks, source, move)
+    for below in (-1e-25, -3e-8 / 256, -6e-8 / 256):  # whole nodes once rounded
+        close = sampled_at(field, blocks, source, move + dtype(below))
+        np.testing.assert_allclose(close, exact, atol=3e-6)
+
+
 def test_beyond_unbounded_ends_the_last_value_goes_on():
     mesh = recipe(64, 2, 1, "unbounded")
     blocks = Blocks.uniform(mesh, 1)

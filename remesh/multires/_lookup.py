@@ -31,8 +31,10 @@ def locate(moves, home, inverse, far, whole, fraction):
         x = moves[n] * inverse
         x = x if abs(x) < far else far
         cell = np.floor(x)
-        fraction[n] = x - cell
-        whole[n] = home + np.int64(cell)
+        rest = x - cell
+        up = rest >= 1  # rounded up from a place just below a node
+        fraction[n] = 0 if up else rest
+        whole[n] = home + np.int64(cell) + up
         bad += x == far
     return bad
 
@@ -132,9 +134,10 @@ def interpolate(
                     for n in range(left):
                         j = waiting[n]
                         for axis in range(3):
-                            odd = whole[axis, j] & 1
-                            whole[axis, j] >>= 1
-                            fraction[axis, j] = (fraction[axis, j] + odd) * dtype.type(0.5)
+                            rest = (fraction[axis, j] + (whole[axis, j] & 1)) * dtype.type(0.5)
+                            up = rest >= 1
+                            whole[axis, j] = (whole[axis, j] >> 1) + up
+                            fraction[axis, j] = 0 if up else rest
 
 
 @njit(cache=True, nogil=True)
