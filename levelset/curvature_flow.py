@@ -27,7 +27,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.layout import split
 from remesh.limit import Limit, check_step
+from remesh.multires.mesh import AdaptiveMesh
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -68,16 +69,28 @@ class CurvatureFlow:
     One that does not should stay some eight spacings off: phi has a kink there.
     """
 
-    grid: Grid
+    grid: Grid | AdaptiveMesh
     stretch: float = 10.0  # largest dt over the explicit limit h^2/(2 ndim)
     threads: int | None = field(default=None, compare=False)
 
+    def __new__(cls, **settings: Any) -> Self:
+        """On an adaptive mesh the one whose nodes have several spacings."""
+        if cls is CurvatureFlow and isinstance(settings.get("grid"), AdaptiveMesh):
+            from levelset.adaptive_flow import AdaptiveCurvatureFlow  # which builds on this class
+
+            return cast(Self, object.__new__(AdaptiveCurvatureFlow))
+        return object.__new__(cls)
+
     def __post_init__(self) -> None:
         """Refuse what is no grid, and a stretch that is not positive."""
-        check_grid(self.grid)
+        self._check_mesh()
         stretch = as_number("stretch", self.stretch, hint="stretch=10.0")
         if not (math.isfinite(stretch) and stretch > 0):
             raise InputError(f"stretch must be positive, got {stretch}", hint="stretch=10.0")
+
+    def _check_mesh(self) -> None:
+        """Refuse what is no grid."""
+        check_grid(cast(Grid, self.grid))
 
     def start(self, surface: Shape | Array, *, dtype: str | None = None) -> CurvatureState:
         """The state at time 0, from a shape or from any phi on the nodes.
@@ -86,16 +99,17 @@ class CurvatureFlow:
         dies off the surface it would move at another speed. Looks at every node. Refuses a surface
         that no mesh line crosses, and a phi that is not finite.
         """
-        given = level_set(surface, self.grid)
+        grid = cast(Grid, self.grid)
+        given = level_set(surface, grid)
         if not crossed(given):
             raise InputError(
                 "the surface does not pass through the grid: phi has one sign on all nodes",
                 hint="a shape inside the grid, a few spacings thick",
             )
         if not isinstance(surface, Shape):
-            given = redistance(given, self.grid, threads=self.threads)
+            given = redistance(given, grid, threads=self.threads)
         phi = np.array(given, precision_asked(dtype, given), order="C")
-        return CurvatureState(time=0.0, step=0, grid=self.grid, phi=phi)
+        return CurvatureState(time=0.0, step=0, grid=grid, phi=phi)
 
     def step(self, state: CurvatureState, dt: float) -> CurvatureState:
         """The state dt [T] later."""
