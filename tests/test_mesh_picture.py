@@ -1,0 +1,84 @@
+"""Pictures of adaptive meshes: what they show is what the blocks hold, where they hold it."""
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+
+from pmesh.cases.mesh_picture import (
+    cut,
+    level_colours,
+    mesh_figure,
+    sampled_window,
+    show_mesh,
+)
+from pmesh.cases.style import panels
+from remesh.errors import InputError
+from remesh.grid import Grid
+from remesh.multires.boxes import leaf_boxes
+from remesh.multires.mesh import AdaptiveMesh
+from remesh.multires.sampling import sampled
+
+PLANE = AdaptiveMesh(grid=Grid((256, 128), 1 / 128, (-1.0, 0.5)), levels=3, block=8)
+SPACE = AdaptiveMesh(grid=Grid((64, 32, 32), 1 / 32), levels=2, block=8, tolerance=5e-3)
+
+
+def bump(points):
+    middle = (-0.1, 1.0) if len(points) == 2 else (0.9, 0.5, 0.4)
+    square = sum((x - c) ** 2 for x, c in zip(points, middle, strict=True))
+    return np.exp(-square / (0.06 if len(points) == 2 else 0.15) ** 2)
+
+
+def test_a_window_shows_the_field_at_its_places():
+    blocks, values = sampled(bump, PLANE)
+    field, grid = sampled_window(values, blocks, window=(-0.3, 0.1, 0.8, 1.2))
+    assert grid.spacing == PLANE.grid.spacing
+    assert grid.origin[0] <= -0.3
+    assert grid.axes()[1][-1] >= 1.2
+    np.testing.assert_allclose(field, bump(grid.points()), atol=10 * PLANE.tolerance)
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_slice_shows_the_plane_that_is_asked_for(axis):
+    blocks, values = sampled(bump, SPACE)
+    field, grid = sampled_window(values, blocks, axis=axis, at=0.5)
+    x, y = grid.points()
+    places = list(np.insert(np.stack([x, y]), axis, 0.5, axis=0))
+    np.testing.assert_allclose(field, bump(places), atol=10 * SPACE.tolerance)
+
+
+def test_a_large_domain_is_shown_on_a_coarser_level():
+    mesh = AdaptiveMesh(grid=Grid((4096, 4096), 1 / 4096), levels=5, block=16)
+    blocks, values = sampled(lambda x: np.exp(-100 * (x[0] ** 2 + x[1] ** 2)), mesh)
+    assert sampled_window(values, blocks)[0].shape == (1024, 1024)
+    assert sampled_window(values, blocks, window=(0.0, 0.1, 0.0, 0.1))[1].spacing == 1 / 4096
+
+
+def test_outlines_are_the_boxes_of_active_nodes_each_level_in_its_colour():
+    blocks, _ = sampled(bump, PLANE)
+    boxes = leaf_boxes(blocks)
+    _, ((panel,),) = panels(1, 1, (4.0, 3.0))
+    show_mesh(panel, blocks)
+    drawn = [c for c in panel.collections if isinstance(c, LineCollection)]
+    assert sum(len(c.get_segments()) for c in drawn) == len(boxes.level)
+    assert len(drawn) == len(level_colours(blocks)) == len(np.unique(boxes.level))
+    widths = [c.get_linewidths()[0] for c in drawn]
+    assert widths == sorted(widths, reverse=True)
+
+
+def test_a_plane_across_a_domain_in_space_meets_boxes_of_its_whole_area():
+    blocks, _ = sampled(bump, SPACE)
+    met = cut(leaf_boxes(blocks), 2, 0.41)
+    assert np.prod(met.high - met.low, axis=1).sum() == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("mesh", [PLANE, SPACE], ids=["plane", "space"])
+def test_the_figure_is_drawn_without_complaint(mesh, tmp_path):
+    blocks, values = sampled(bump, mesh)
+    mesh_figure(values, blocks, label="f").savefig(tmp_path / "mesh.png", dpi=60)
+    assert (tmp_path / "mesh.png").stat().st_size > 5000
+
+
+def test_a_vector_field_is_refused():
+    blocks, values = sampled(bump, PLANE)
+    with pytest.raises(InputError, match="one scalar field"):
+        mesh_figure(np.stack([values, values]), blocks)
