@@ -134,7 +134,8 @@ def interpolate(
                     for n in range(left):
                         j = waiting[n]
                         for axis in range(3):
-                            rest = (fraction[axis, j] + (whole[axis, j] & 1)) * dtype.type(0.5)
+                            odd = dtype.type(whole[axis, j] & 1)
+                            rest = (fraction[axis, j] + odd) * dtype.type(0.5)
                             up = rest >= 1
                             whole[axis, j] = (whole[axis, j] >> 1) + up
                             fraction[axis, j] = 0 if up else rest
