@@ -218,8 +218,7 @@ def plane_pair(planes, row, m, reach, taps, extents, lanes, line, sums):
 @njit(cache=True, nogil=True)
 def descend(first, pieces, step, start, velocity, around, under, sides, weights):
     """Add the interpolated velocity of the coarser level to blocks ``start`` to start + pieces."""
-    space = scratch(velocity[0], 0, 0, weights.size // 2)
-    before, nodes, slab, plane = space
+    before, nodes, slab, plane = scratch(velocity[0], 0, 0, weights.size // 2)
     box = np.empty(velocity.shape[2:], velocity.dtype)
     only = np.empty(around.shape[1], around.dtype)
     for piece in range(first, pieces, step):
@@ -230,10 +229,32 @@ def descend(first, pieces, step, start, velocity, around, under, sides, weights)
             lattice(velocity[c], velocity[c], only, under[n], sides[n], before, nodes)
             extend(nodes, around[n], before, velocity.shape[-1] // 2)
             subdivide(nodes, before, (0, 0, 0), weights, slab, plane, box)
-            target = velocity[c, n].reshape(-1)
-            flat = box.reshape(-1)
-            for i in range(flat.size):
-                target[i] += flat[i]
+            add(box.reshape(-1), velocity[c, n].reshape(-1))
+
+
+@njit(cache=True, nogil=True)
+def descend_first(first, pieces, step, start, velocity, whole, margin, places, weights):
+    """The same for level 1, from the coarsest level as one mesh with a margin around it."""
+    before, nodes, slab, plane = scratch(velocity[0], 0, 0, weights.size // 2)
+    box = np.empty(velocity.shape[2:], velocity.dtype)
+    half = velocity.shape[-1] // 2
+    sx, sy, sz = nodes.shape
+    for piece in range(first, pieces, step):
+        n = start + piece
+        place = places[n]
+        x = place[0] * half + margin - before if place.size == 3 else 0
+        y, z = place[-2] * half + margin - before, place[-1] * half + margin - before
+        for c in range(velocity.shape[0]):
+            nodes[:] = whole[c, x : x + sx, y : y + sy, z : z + sz]
+            subdivide(nodes, before, (0, 0, 0), weights, slab, plane, box)
+            add(box.reshape(-1), velocity[c, n].reshape(-1))
+
+
+@njit(cache=True, nogil=True)
+def add(values, target):
+    """Values onto others."""
+    for i in range(target.size):
+        target[i] += values[i]
 
 
 @njit(cache=True, nogil=True)

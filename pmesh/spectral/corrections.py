@@ -14,6 +14,7 @@ from pmesh.spectral.coarsest import CoarsestSolver
 from pmesh.spectral.matched import midpoint_weights
 from pmesh.spectral.taps import POINTS, correction_taps
 from remesh.errors import InputError
+from remesh.grid import Grid
 from remesh.multires.blocks import Blocks
 from remesh.multires.mesh import AdaptiveMesh
 from remesh.multires.wavelets import Wavelet, get_wavelet
@@ -22,6 +23,7 @@ from remesh.threads import share, thread_count
 Array = NDArray[np.floating[Any]]
 REACHES = (6, 8, 10, 12)  # nodes
 LANES = 16  # blocks corrected together
+MARGIN = POINTS // 2  # nodes around the coarsest level
 
 
 class AdaptiveSolver:
@@ -31,9 +33,9 @@ class AdaptiveSolver:
     interpolates through 6 nodes along each axis and D = K_l - P K_{l-1} R is short-ranged, as the
     lifted restriction R keeps moments. K is the free-space kernel matched to the scaling functions
     of the wavelet, on the finest level to those of ``order``, so that there smooth vorticity is
-    solved to that order. ``reach`` cuts D off [nodes]: by default 10, and 12 for tolerances below
-    5e-5. The cut costs about 3e-4 of the largest velocity at 8 nodes, 4e-5 at 10 and 4e-6 at 12,
-    where vorticity is as sharp as a level allows, less where it is smooth.
+    solved to that order. ``reach`` cuts D off [nodes], by default as far as the mesh's tolerance
+    allows. The cut costs about 4e-4 of the largest velocity at 8 nodes, 4e-5 at 10 and 4e-6 at 12
+    where vorticity is as sharp as a level can hold, in 3-D half of that; less where it is smooth.
     O(nodes), same bits for any number of threads. Refuses blocks of fewer nodes than 16.
     Source: local corrections after Anderson, J. Comput. Phys. 62 (1986) 111.
     """
@@ -49,7 +51,7 @@ class AdaptiveSolver:
         wavelet = get_wavelet(mesh.wavelet)
         most = mesh.block - len(wavelet.predict)
         if reach is None:
-            reach = min(10 if mesh.tolerance >= 5e-5 else 12, most)
+            reach = min(_reach(mesh), most)
         if reach not in REACHES or reach > most:
             raise InputError(
                 f"the reach must be one of {REACHES} and at most {most} for blocks of "
@@ -80,36 +82,54 @@ class AdaptiveSolver:
         values = check_field(vorticity, (*components, *blocks.shape), dtype, "vorticity")
         values = np.ascontiguousarray(values)
         result = np.empty((ndim, *blocks.shape), dtype)
-        result[:, blocks.of(0)] = self._on_coarsest(values, blocks, freestream)
+        coarsest = self._on_coarsest(values, blocks, freestream)
+        result[:, blocks.of(0)] = self._cut(coarsest[(slice(None), *self._inner)])
         if blocks.finest == 0:
             return result
         sources, speed = _layers(values, blocks), _layers(result, blocks)
         tables = blocks.neighbours, blocks.coarser, blocks.sides
         self._correct(sources, blocks, speed)
         points = midpoint_weights(POINTS).astype(dtype)
-        for level in range(1, blocks.finest + 1):
-            start, stop = blocks.starts[level], blocks.starts[level + 1]
+        whole = coarsest.reshape(ndim, -1, *coarsest.shape[-2:])
+        start, stop = blocks.starts[1:3]
+        args = (start, speed, whole, MARGIN, blocks.places, points)
+        share(_corrections.descend_first, stop - start, threads, *args)
+        for level in range(2, blocks.finest + 1):
+            start, stop = blocks.starts[level : level + 2]
             share(_corrections.descend, stop - start, threads, start, speed, *tables, points)
         for level in range(blocks.finest, 0, -1):
-            start, stop = blocks.starts[level], blocks.starts[level + 1]
+            start, stop = blocks.starts[level : level + 2]
             share(_corrections.inject, stop - start, threads, start, speed, *tables[1:])
         return result
+
+    @cached_property
+    def _inner(self) -> tuple[slice, ...]:
+        """The coarsest level within its margin."""
+        return (slice(MARGIN, -MARGIN),) * self.mesh.ndim
 
     def _on_coarsest(
         self, values: Array, blocks: Blocks, freestream: Sequence[float] | None
     ) -> Array:
-        """The velocity of level 0, block by block."""
+        """The velocity of level 0 as on a uniform mesh, with a margin around it."""
         ndim, block, counts = self.mesh.ndim, self.mesh.block, self.mesh.counts(0)
-        split = [n for count in counts for n in (count, block)]
         here = values[blocks.of(0)] if ndim == 2 else values[:, blocks.of(0)]
         parts = here.reshape(-1, *counts, *(block,) * ndim)
-        apart = [0] + [1 + axis + k * ndim for axis in range(ndim) for k in (0, 1)]
-        field = parts.transpose(apart).reshape(-1, *(n * block for n in counts))
+        field = parts.transpose(_order(ndim)).reshape(-1, *(n * block for n in counts))
+        periodic = self.mesh.grid.periodic
+        source = np.pad(field, [(0, 0), *((0, 0) if p else (MARGIN, MARGIN) for p in periodic)])
         solver = self._coarsest[values.dtype.char]
-        speed = solver.velocity(field[0] if ndim == 2 else field, freestream)
-        back = np.argsort(apart)
-        cut: Array = speed.reshape(ndim, *split).transpose(back)
-        return cut.reshape(ndim, -1, *(block,) * ndim)
+        speed = solver.velocity(source[0] if ndim == 2 else source, freestream)
+        if not any(periodic):
+            return speed
+        around = [(0, 0), *((MARGIN, MARGIN) if p else (0, 0) for p in periodic)]
+        return np.pad(speed, around, mode="wrap")
+
+    def _cut(self, field: Array) -> Array:
+        """A uniform field of level 0 block by block."""
+        ndim, block, counts = self.mesh.ndim, self.mesh.block, self.mesh.counts(0)
+        split = [n for count in counts for n in (count, block)]
+        parts = field.reshape(-1, *split).transpose(np.argsort(_order(ndim)))
+        return parts.reshape(len(field), -1, *(block,) * ndim)
 
     @cached_property
     def _coarsest(self) -> _Solvers:
@@ -135,6 +155,12 @@ class AdaptiveSolver:
         )  # fmt: skip
 
 
+def _reach(mesh: AdaptiveMesh) -> int:
+    """The least reach whose cut stays below the mesh's tolerance."""
+    limits = {6: np.inf, 8: 2e-3, 10: 2e-4} if mesh.ndim == 2 else {6: 1e-3, 8: 5e-5, 10: 5e-6}
+    return next((reach for reach, least in limits.items() if mesh.tolerance >= least), 12)
+
+
 class _Solvers(dict[str, CoarsestSolver]):
     """The solvers of the coarsest level by precision, made when first asked for."""
 
@@ -143,12 +169,18 @@ class _Solvers(dict[str, CoarsestSolver]):
         self.owner = owner
 
     def __missing__(self, kind: str) -> CoarsestSolver:
-        own = self.owner
-        order = own._wavelet.order if own.mesh.levels else own.order
-        self[kind] = CoarsestSolver(
-            own.mesh.level_grid(0), order=order, dtype=kind, threads=own.threads
-        )
+        own, inner = self.owner, self.owner.mesh.level_grid(0)
+        ends = zip(inner.shape, inner.periodic, strict=True)
+        shape = tuple(n if wraps else n + 2 * MARGIN for n, wraps in ends)
+        grid = Grid(shape, inner.spacing, boundary=inner.boundary)
+        order = own._wavelet.order
+        self[kind] = CoarsestSolver(grid, order=order, dtype=kind, threads=own.threads)
         return self[kind]
+
+
+def _order(ndim: int) -> list[int]:
+    """Axes of blocks of a uniform mesh, so that a block's nodes come after its place."""
+    return [0, *(1 + axis + part * ndim for axis in range(ndim) for part in (0, 1))]
 
 
 def _layers(values: Array, blocks: Blocks) -> Array:
