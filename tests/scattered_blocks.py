@@ -23,10 +23,8 @@ def scattered(side, seed=0, block=8, number=2, **more):
         levels, grid = 1, Grid((64, 64, 96), 0.01, boundary=boundary)
     mesh = AdaptiveMesh(grid=grid, levels=levels, block=block, **more)
     rng = np.random.default_rng(seed)
-    wanted = [np.empty((0, ndim), np.int64)]
-    for level in range(1, levels + 1):
-        wanted.append(rng.integers(0, mesh.counts(level), (number, ndim)))
-    return Blocks.around(mesh, wanted)
+    some = [rng.integers(0, mesh.counts(lv), (number, ndim)) for lv in range(1, levels + 1)]
+    return Blocks.around(mesh, [np.empty((0, ndim), np.int64), *some])
 
 
 def noise(blocks, *components, dtype=np.float64, seed=0):

@@ -1,0 +1,143 @@
+"""Uniform fields from blocks and back: copies, subdivisions, boxes."""
+
+import numpy as np
+import pytest
+from scattered_blocks import SIDES, cube, noise, scattered
+
+from remesh.errors import InputError
+from remesh.multires import pyramid, transform
+from remesh.multires.blocks import Blocks
+from remesh.multires.uniform import on_blocks, spread, to_uniform
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("side", SIDES)
+def test_nodes_of_blocks_are_copied_on_every_level(side, dtype):
+    blocks = scattered(side)
+    mesh = blocks.mesh
+    values = noise(blocks, 2, dtype=dtype)
+    for level in range(mesh.levels + 1):
+        field = to_uniform(values, blocks, level)
+        assert field.shape == (2, *mesh.level_grid(level).shape)
+        assert field.dtype == dtype
+        for n in range(*blocks.starts[level : level + 2]):
+            start = blocks.places[n] * mesh.block
+            box = tuple(slice(s, s + mesh.block) for s in start)
+            assert (field[(slice(None), *box)] == values[:, n]).all()
+
+
+@pytest.mark.parametrize("side", ["2-D periodic", "3-D"])
+def test_without_finer_blocks_the_field_is_subdivided_without_details(side):
+    mesh = scattered(side).mesh
+    blocks = Blocks.uniform(mesh, 0)
+    values = noise(blocks)
+    field = to_uniform(values, blocks, 1)
+    even = (slice(None, None, 2),) * mesh.ndim
+    assert (field[even] == to_uniform(values, blocks, 0)).all()
+    if side == "2-D periodic":
+        details = transform.forward(field, mesh.level_grid(1), "4.0", 1)
+        details[even] = 0
+        assert abs(details).max() < 1e-13
+
+
+@pytest.mark.parametrize("ndim", [2, 3])
+def test_it_is_the_inverse_transform_of_details_kept_away_from_jumps(ndim):
+    blocks = cube(ndim, 3)
+    mesh = blocks.mesh
+    inner = (blocks.neighbours != -1).all(axis=1)
+    details = pyramid.forward(noise(blocks), blocks).details
+    details[~inner] = 0
+    smooth = noise(blocks)
+    values = pyramid.inverse(smooth, details, blocks)
+    complete = Blocks.uniform(mesh, 1)
+    number = complete.found_in(blocks)
+    parts = [
+        np.where((number >= 0).reshape(-1, *(1,) * ndim), p[number], 0) for p in (smooth, details)
+    ]
+    want = pyramid.inverse(*parts, complete)
+    found = to_uniform(values, blocks)
+    assert np.allclose(found, to_uniform(want, complete), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_box_is_that_part_of_the_whole_bit_for_bit(side):
+    blocks = scattered(side)
+    values = noise(blocks)
+    whole = to_uniform(values, blocks)
+    rng = np.random.default_rng(4)
+    for _ in range(5):
+        ends = [np.sort(rng.choice(n + 1, 2, replace=False)) for n in whole.shape]
+        box = tuple(slice(int(a), int(b)) for a, b in ends)
+        assert (to_uniform(values, blocks, region=box) == whole[box]).all()
+        same = tuple(range(*part.indices(10**6)) for part in box)
+        assert (to_uniform(values, blocks, region=same) == whole[box]).all()
+
+
+def test_ranges_pass_periodic_ends_and_find_zeros_beyond_others():
+    blocks = scattered("3-D mixed")
+    values = noise(blocks)
+    whole = to_uniform(values, blocks)
+    region = (range(-5, 3), range(-4, 4), range(90, 100))
+    found = to_uniform(values, blocks, region=region)
+    assert (found[:, :4] == 0).all()
+    want = np.take(
+        np.take(whole[:, :4], region[0], axis=0, mode="wrap"), region[2], axis=2, mode="wrap"
+    )
+    assert (found[:, 4:] == want).all()
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_field_on_all_finest_nodes_comes_back_as_it_was(side):
+    mesh = scattered(side).mesh
+    field = np.random.default_rng(0).standard_normal((2, *mesh.grid.shape))
+    blocks = Blocks.uniform(mesh, mesh.levels)
+    assert (to_uniform(on_blocks(field, blocks), blocks) == field).all()
+
+
+@pytest.mark.parametrize("side", SIDES)
+def test_a_box_of_finest_nodes_is_added_where_it_lies(side):
+    mesh = scattered(side).mesh
+    first = tuple(n // 2 - 3 for n in mesh.grid.shape)
+    corner = np.array(mesh.counts(mesh.levels)) // 2
+    places = corner + np.stack(np.meshgrid(*[[-1, 0, 1]] * mesh.ndim, indexing="ij"), -1)
+    none = [np.empty((0, mesh.ndim), np.int64)] * mesh.levels
+    blocks = Blocks.around(mesh, [*none, places.reshape(-1, mesh.ndim)])
+    values = noise(blocks)
+    given = values.copy()
+    field = np.random.default_rng(1).standard_normal((9, 10, 11)[: mesh.ndim])
+    found = spread(field, first, blocks, values)
+    assert (values == given).all()
+    box = tuple(slice(a, a + n) for a, n in zip(first, field.shape, strict=True))
+    want = to_uniform(values, blocks)
+    want[box] += field
+    own = to_uniform(found, blocks, region=box)
+    assert np.allclose(own, want[box], rtol=0, atol=1e-15)
+    coarser = slice(0, blocks.starts[mesh.levels])
+    assert (found[coarser] == values[coarser]).all()
+
+
+def test_a_box_across_a_periodic_end_is_added_on_both_sides():
+    mesh = scattered("2-D periodic").mesh
+    blocks = Blocks.uniform(mesh, mesh.levels)
+    field = np.arange(1.0, 13.0).reshape(3, 4)
+    found = to_uniform(spread(field, (-1, -2), blocks, np.zeros(blocks.shape)), blocks)
+    assert (np.roll(found, (1, 2), axis=(0, 1))[:3, :4] == field).all()
+    assert found.sum() == field.sum()
+
+
+def test_what_does_not_lie_on_the_mesh_is_refused():
+    blocks = scattered("2-D")
+    values = noise(blocks)
+    with pytest.raises(InputError, match="level must be a whole number from 0 to 3"):
+        to_uniform(values, blocks, 4)
+    with pytest.raises(InputError, match="region must be 2 slices"):
+        to_uniform(values, blocks, region=(slice(0, 3),))
+    for part in (slice(0, 8, 2), slice(5, 5), range(4, 0, -1)):
+        with pytest.raises(InputError, match="region must hold whole runs"):
+            to_uniform(values, blocks, region=(part, slice(0, 3)))
+    with pytest.raises(InputError, match="is not covered by blocks of level 3"):
+        spread(np.ones(blocks.mesh.grid.shape), (0, 0), blocks, values)
+    with pytest.raises(InputError, match="field must have 2 axes"):
+        spread(np.ones((2, 3, 3)), (0, 0), blocks, values)
+    with pytest.raises(InputError, match="first must hold 2"):
+        spread(np.ones((3, 3)), (0,), blocks, values)
