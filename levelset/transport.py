@@ -39,6 +39,9 @@ EDGE = 2  # spacings that an interface must stay away from the end of an unbound
 class ParticleLevelSet:
     """Interfaces carried by particles in a narrow band, in any velocity.
 
+    On a `Grid`; on an `AdaptiveMesh` with bands of several spacings, fine where the interface needs
+    it: see `levelset.adaptive.AdaptiveLevelSet`.
+
     ``start(shape)`` puts particles on the nodes near the interface; ``step`` moves them, and
     remeshes when asked: at every step, every k steps, when their lattice is distorted, or never.
     Rigid motion is exact to the error of the time integration without remeshing, and never
@@ -53,7 +56,7 @@ class ParticleLevelSet:
     kernel: str | Kernel = "M6'"  # of remeshing
     time_scheme: Literal["RK2", "RK3", "RK4"] = "RK4"
     substeps: int = 1  # of the time scheme in a step
-    width: float = 6.0  # half width of the band, in spacings
+    width: float = 6.0  # half width of the band, in spacings; of the coarsest level
     remeshing: Literal["always", "distorted", "never"] | int = "always"  # or every so many steps
     distortion: float = 0.5  # largest |ln stretch| of the particles' lattice, for "distorted"
     deformation: float = 0.25  # largest dt * max|grad u| of a substep
@@ -113,9 +116,14 @@ class ParticleLevelSet:
         return self.grid.grid if isinstance(self.grid, AdaptiveMesh) else self.grid
 
     @property
+    def box(self) -> Grid:
+        """The grid that the interface must stay within; of an adaptive mesh the coarsest."""
+        return self.grid.level_grid(0) if isinstance(self.grid, AdaptiveMesh) else self.grid
+
+    @property
     def reach(self) -> float:
-        """Half width of the band [L]."""
-        return self.width * self.finest.spacing
+        """Half width of the band, on an adaptive mesh that of the coarsest level [L]."""
+        return self.width * self.box.spacing
 
     def start(self, shape: Shape | Array, *, time: float = 0.0) -> Interface:
         """Particles on the nodes near the surface of a shape, or of a level set on the grid.
@@ -124,14 +132,13 @@ class ParticleLevelSet:
         ``grid.shape`` is redistanced. Looks at every node of the grid. Refuses an interface that is
         empty, or not inside the box, and values that are not finite.
         """
-        start = as_number("time", time)
-        if not math.isfinite(start):
-            raise InputError(f"time must be finite, got {time}", hint="time=0.0")
+        start = start_time(time)
         if isinstance(shape, Shape):
             distance = image_distance(shape, self.finest)
         else:
             distance = redistance(shape, self.finest, width=self.reach, threads=self.threads)
-        self._check_start(distance)
+        self._check_ends(distance)
+        self._check_seen(distance)
         values = profile(distance, self.reach).ravel()
         nodes = np.flatnonzero(np.abs(distance.ravel()) < self.reach)
         band = Band(self.finest, nodes, values[nodes])
@@ -278,12 +285,10 @@ class ParticleLevelSet:
 
     def _check_inside(self, positions: Array, values: Array) -> None:
         """Refuse an inside that reaches the end of an unbounded axis."""
-        half = 0.5 * self.finest.spacing
-        for axis, (low, length) in enumerate(
-            zip(self.finest.origin, self.finest.length, strict=True)
-        ):
+        half = 0.5 * self.box.spacing
+        for axis, (low, length) in enumerate(zip(self.box.origin, self.box.length, strict=True)):
             along = positions[:, axis]
-            if self.finest.periodic[axis] or not along.size:
+            if self.box.periodic[axis] or not along.size:
                 continue
             first, last = low + half, low + length - half
             if along.min() >= first and along.max() <= last:
@@ -316,15 +321,13 @@ class ParticleLevelSet:
         whole = slice(None)
         yield Lattice(self.finest, state.nodes, state.positions, state.values, self.threads), whole
 
-    def _check_start(self, distance: Array) -> None:
-        """Refuse what has no interface in the box, or one that touches the box's edge."""
-        if not np.isfinite(distance).all():
-            raise InputError("the distance is not finite everywhere", hint="check the shape")
+    def _check_seen(self, distance: Array) -> None:
+        """Refuse what has no interface that the mesh sees."""
         h = self.finest.spacing
         if not (distance < 0).any():
             raise InputError(
                 "no node lies inside the shape: the interface is empty",
-                hint=f"a shape inside the box from {self.finest.origin}, {self.finest.length} "
+                hint=f"a shape inside the box from {self.box.origin}, {self.box.length} "
                 "long, larger than a spacing, negative inside",
             )
         if distance.min() > -0.5 * h:
@@ -332,14 +335,28 @@ class ParticleLevelSet:
                 f"the shape is {-2 * distance.min() / h:.2g} spacings thick: the mesh does not "
                 "see it", hint="a finer mesh",
             )  # fmt: skip
-        for axis in range(self.finest.ndim):
+
+    def _check_ends(self, distance: Array) -> None:
+        """Refuse distances on the box that are not finite, or an inside that touches its edge."""
+        if not np.isfinite(distance).all():
+            raise InputError("the distance is not finite everywhere", hint="check the shape")
+        near = EDGE * self.box.spacing
+        for axis in range(self.box.ndim):
             ends = np.take(distance, [0, -1], axis=axis)
-            if not self.finest.periodic[axis] and (ends < EDGE * h).any():
+            if not self.box.periodic[axis] and (ends < near).any():
                 raise InputError(
-                    f"the shape comes within {EDGE} spacings ({EDGE * h:.3g}) of the end of the "
+                    f"the shape comes within {EDGE} spacings ({near:.3g}) of the end of the "
                     f"box along axis {axis}",
                     hint="a larger box, or a finer mesh; phi is negative inside",
                 )
+
+
+def start_time(time: float) -> float:
+    """The time [T] as a plain float; refuses what is not finite."""
+    start = as_number("time", time)
+    if not math.isfinite(start):
+        raise InputError(f"time must be finite, got {time}", hint="time=0.0")
+    return start
 
 
 def _counts(value: object) -> bool:

@@ -62,7 +62,7 @@ def test_each_place_is_active_once():
 
 
 def test_a_place_is_refined_where_every_second_node_would_not_do():
-    """The details by their definition, along both axes over the slope; where they are is refined."""
+    """The details by their definition: what is off along both axes, over the slope."""
     fine = mesh(tolerance=2e-3, refinement=2e-3)
     shape = Disk(0.3, center=(0.5, 0.5)) - Disk(0.25, center=(0.5, 0.28))
     pyramid = around(shape, fine)
@@ -79,7 +79,7 @@ def test_a_place_is_refined_where_every_second_node_would_not_do():
             total += np.abs(phi - guess)
             steps = [np.abs(np.roll(phi, s, axis) - phi) for s in (1, -1)]
             slope += np.maximum(*steps) ** 2
-        sizes = grid.spacing * total / np.sqrt(slope)
+        sizes = grid.spacing * total / np.sqrt(np.maximum(slope, 1e-30))
         near = np.abs(phi) < 0.4 * grid.spacing
         rough = near & (sizes > 1.01 * 2e-3 * WIDTH)
         assert rough.any()
@@ -104,7 +104,8 @@ def test_a_turn_of_all_levels_brings_the_interface_where_it_goes():
     pyramid = around(CORNERED, mesh(tolerance=1e-3))
     moved = [(n, law.flow(at, 0.0, 0.6), v) for n, at, v in still(pyramid)]
     turned = remeshed(pyramid.mesh, moved, "L6,4", WIDTH)
-    there = CORNERED.moved(angle=0.6, about=(0.5, 0.5))
+    c, s = np.cos(0.6), np.sin(0.6)
+    there = CORNERED.moved((0.5 - 0.5 * c + 0.5 * s, 0.5 - 0.5 * s - 0.5 * c), 0.6)
     assert turned.finest == 2
     for band in turned.bands:
         exact = there.distance(places(band.grid, band.nodes).T)
@@ -127,7 +128,7 @@ def test_details_between_the_thresholds_neither_refine_nor_coarsen():
 @pytest.mark.parametrize("ends", ["periodic", "unbounded"])
 @pytest.mark.parametrize("ndim", [2, 3])
 def test_on_uniform_nodes_it_is_what_the_bands_hold_and_interpolates_between(ndim, ends):
-    shape: Any = Disk(0.3, (0.5, 0.5)) if ndim == 2 else Sphere(0.3, (0.5, 0.5, 0.5))
+    shape: Any = Disk(0.3, center=(0.5,) * 2) if ndim == 2 else Sphere(0.3, center=(0.5,) * 3)
     fine = mesh(ndim, tolerance=1e-2, ends=ends)
     pyramid = around(shape, fine)
     for level in range(3):
@@ -136,9 +137,10 @@ def test_on_uniform_nodes_it_is_what_the_bands_hold_and_interpolates_between(ndi
         band = pyramid.bands[level]
         np.testing.assert_array_equal(field.reshape(-1)[band.nodes], band.values)
         exact = profile(shape.distance(grid.points()), WIDTH)
-        assert np.abs(field - exact).max() < 0.02 * WIDTH
-        near = np.abs(exact) < 0.02
-        assert np.abs(field - exact)[near].max() < 1e-2 * WIDTH
+        part = (slice(2**level * 3, 2**level * 13),) * ndim  # away from the ends of open axes
+        off = np.abs(field - exact)[part]
+        assert off.max() < 0.02 * WIDTH
+        assert off[np.abs(exact[part]) < 0.02].max() < 1e-2 * WIDTH
 
 
 def test_particles_that_cross_each_other_are_refused():
