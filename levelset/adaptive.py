@@ -13,7 +13,7 @@ from levelset.band import Band
 from levelset.interface import AdaptiveInterface, Interface
 from levelset.lookup import Lattice, places
 from levelset.profile import LEVEL, profile
-from levelset.pyramid import Pyramid, remeshed, started, to_uniform
+from levelset.pyramid import Pyramid, levels_at, remeshed, started, to_uniform
 from levelset.pyramid_measures import pyramid_measures
 from levelset.redistancing import redistance
 from levelset.seams import image_distance
@@ -124,8 +124,13 @@ class AdaptiveLevelSet(ParticleLevelSet):
         return to_uniform(self.pyramid(state), asked, LEVEL * self.reach, threads=self.threads)
 
     def fields(self, state: Interface) -> Mapping[str, Array]:
-        """The level set on all nodes of the finest grid."""
-        return {"level_set": self.to_uniform(state)}
+        """The level set on all nodes of the finest grid, and the level of the particles there.
+
+        Level l holds for 2^(levels - l) nodes along each axis from a particle on; -1 where there
+        is none.
+        """
+        levels: Array = levels_at(self.pyramid(state), self.mesh.levels).astype(np.float32)
+        return {"level_set": self.to_uniform(state), "level": levels}
 
     def ledger(self, state: Interface) -> Mapping[str, float]:
         """Volume inside, area of the surface; particles, active ones, and how fine they are."""

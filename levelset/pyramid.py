@@ -126,3 +126,15 @@ def to_uniform(pyramid: Pyramid, level: int, beyond: float, *, threads: int | No
         result[band.nodes] = band.values
         field = result.reshape(band.grid.shape)
     return field
+
+
+def levels_at(pyramid: Pyramid, level: int) -> NDArray[np.int8]:
+    """The finest level up to this one that has a node at each node of it, or under it; else -1."""
+    first = pyramid.bands[0]
+    result = np.full(first.grid.shape, -1, np.int8)
+    result.reshape(-1)[first.nodes] = 0
+    for finer in range(1, level + 1):
+        for axis in range(result.ndim):
+            result = np.repeat(result, 2, axis=axis)
+        result.reshape(-1)[pyramid.bands[finer].nodes] = finer
+    return result
