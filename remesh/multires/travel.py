@@ -98,17 +98,19 @@ class _Way:
         self.shifts = np.empty((blocks.size, 3), np.int64)
         high = np.empty((blocks.size, 3), np.int64)
         bad = np.zeros(blocks.size, bool)
-        self.share(_travel.reach, blocks, self.moves, self.inverse, self.tables[4], self.shifts,
-                   high, bad)  # fmt: skip
+        self.share(
+            _travel.reach, blocks, self.moves, self.inverse, self.tables[4], self.shifts, high, bad
+        )
         refuse_far(int(bad.any()))
         self.sizes = high - self.shifts + reached
-        self.offsets = np.concatenate([[0], np.cumsum(self.sizes.prod(axis=1))])
-        if self.offsets[-1] > ROOM * blocks.size * self.edges.prod():
+        room = float(self.sizes.astype(np.float64).prod(axis=1).sum())
+        if room > ROOM * blocks.size * self.edges.prod():
             raise InputError(
                 "displacement tears neighbouring particles apart: together those of a block reach "
-                f"{self.offsets[-1] / blocks.size:.3g} nodes on average",
+                f"{room / blocks.size:.3g} nodes on average",
                 hint="a smaller time step: dt * max|grad u| below 1",
             )
+        self.offsets = np.concatenate([[0], np.cumsum(self.sizes.prod(axis=1))])
         self.low = (
             first_places(blocks) * self.edges + self.shifts - (reached // 2 - 1) * (reached > 1)
         )
