@@ -228,6 +228,6 @@ def test_unusable_input_is_refused():
     with pytest.raises(InputError, match="must be finite"):
         carried(values, moves, blocks, blocks)
     torn = np.random.default_rng(0).normal(size=moves.shape)
-    for size in (9.0, 5e6):
+    for size in (9.0, 1e6):
         with pytest.raises(InputError, match="smaller time step"):
             carried(values, torn * size, blocks, blocks)
