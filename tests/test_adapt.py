@@ -183,17 +183,19 @@ def test_a_cap_below_what_is_always_kept_is_refused():
 
 @pytest.mark.parametrize("ndim", [2, 3])
 def test_busy_cells_hold_the_details_beyond_the_tolerance(ndim):
-    blocks, fields = everywhere(recipe(ndim))
-    found = adapt(fields, blocks)
-    large = (
-        abs(pyramid.forward(found.fields, found.blocks).details) > found.tolerance * fields.max()
-    )
-    cells = large.reshape(found.blocks.size, *(2, 4) * ndim).any(
-        axis=tuple(range(2, 2 + 2 * ndim, 2))
-    )
-    assert found.busy.shape == (found.blocks.size, *(2,) * ndim)
-    assert (found.busy == cells).all()
-    assert found.busy.any()
+    mesh = recipe(ndim)
+    found = adapt(*everywhere(mesh)[::-1])
+    blocks = found.blocks
+    details = abs(pyramid.forward(found.fields, blocks).details) / abs(found.fields).max()
+    parts = details.reshape(blocks.size, *(2, 4) * ndim)
+    cells = parts.max(axis=tuple(range(2, 2 + 2 * ndim, 2)))
+    assert found.busy.shape == cells.shape == (blocks.size, *(2,) * ndim)
+    held = cells > found.tolerance
+    assert held.any()
+    assert found.busy[held].all()
+    for n in np.unique(np.nonzero(found.busy & ~held)[0]):  # over large details of a coarser level
+        assert cells[blocks.coarser[n, 3**ndim // 2]].max() > mesh.thresholds[1]
+    assert not found.busy[blocks.of(0)].any()
 
 
 @pytest.mark.parametrize("ndim", [2, 3])
