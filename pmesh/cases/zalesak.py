@@ -291,6 +291,6 @@ def _surface_points(case: Zalesak) -> Values:
         return even(contour(case.shape)[0], 0.4 * case.spacing)
     from levelset.surface import triangles
 
-    grid = case.recipe().grid
+    grid = case.recipe().finest
     found = triangles(case.shape.distance(grid.points()), grid).vertices
     return found[:: max(1, len(found) // 800)]
