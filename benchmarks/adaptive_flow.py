@@ -65,7 +65,8 @@ def beside_uniform(options: argparse.Namespace) -> None:
         refinement=options.refinement,
     )  # fmt: skip
     law = EllipticVortex(kind="I").vorticity
-    flows = VortexFlow(grid=mesh), VortexFlow(grid=grid, domain="fixed")
+    how = {"kernel": options.kernel, "deformation": options.deformation}
+    flows = VortexFlow(grid=mesh, **how), VortexFlow(grid=grid, domain="fixed", **how)
     states: list[Any] = [flow.start(vorticity=law) for flow in flows]
     most, steps, until = 0, 0, options.until
     while states[0].time < until * (1 - 1e-12):
@@ -117,7 +118,10 @@ def carried_by_a_stream(options: argparse.Namespace) -> None:
         return np.exp(-0.5 * (points[0] ** 2 + points[1] ** 2) / (0.4 * CORE) ** 2)
 
     for cfl in (1.0, 20.0):
-        flow = VortexFlow(grid=mesh, freestream=(1.0, 0.0), largest_step=cfl * grid.spacing)
+        flow = VortexFlow(
+            grid=mesh, freestream=(1.0, 0.0), largest_step=cfl * grid.spacing,
+            kernel=options.kernel,
+        )  # fmt: skip
         state: Any = flow.start(vorticity=law)
         steps = round(PATH / (cfl * grid.spacing))
         for _ in range(steps):
@@ -135,6 +139,8 @@ def main() -> None:
     parser.add_argument("--tolerance", type=float, default=1e-4)
     parser.add_argument("--refinement", type=float, default=None)
     parser.add_argument("--block", type=int, default=16)
+    parser.add_argument("--kernel", default="L6,4")
+    parser.add_argument("--deformation", type=float, default=0.1)
     parser.add_argument("--until", type=float, default=1.0)
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--skip-uniform", action="store_true", help="the adaptive flow alone")

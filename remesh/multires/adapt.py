@@ -25,7 +25,8 @@ class Adapted(NamedTuple):
     """Blocks that fit fields, the fields on them, and to what relative tolerance.
 
     ``busy`` tells of each cell of 4^ndim nodes, ``(n, *(block // 4,) * ndim)``, whether it holds
-    details beyond the tolerance: what the mesh must follow when a flow carries it.
+    details beyond the tolerance, or lies over coarser ones beyond the refinement threshold: what
+    the mesh must follow when a flow carries it.
     """
 
     blocks: Blocks
@@ -63,7 +64,7 @@ def adapt(
     cells = significance(details, blocks, scales, count)
     kept = np.empty(0, np.int64) if always is None else keys_of(blocks.mesh, always)
     target, factor = _target(blocks, cells, kept)
-    low = blocks.mesh.thresholds[0] * factor
+    low, high = (factor * threshold for threshold in blocks.mesh.thresholds)
     if np.array_equal(target.keys, blocks.keys):
         target = blocks
     rest = _carried(details, blocks, target, count)
@@ -71,8 +72,8 @@ def adapt(
     coarsest = blocks.of(0)
     layers(result, target)[:, coarsest] = layers(smooth, blocks)[:, coarsest]
     build(result, rest, target, count)
-    busy = significance(rest, target, scales, count) > low
-    return Adapted(target, result, low, busy)
+    found = significance(rest, target, scales, count)
+    return Adapted(target, result, low, (found > low) | _ahead(found > high, target))
 
 
 def scales_of(
@@ -157,6 +158,19 @@ def _target(blocks: Blocks, cells: Cells, kept: NDArray[np.int64]) -> tuple[Bloc
         else:
             below = middle
     return raised(float(factors[fits])), float(factors[fits])
+
+
+def _ahead(large: NDArray[np.bool_], blocks: Blocks) -> NDArray[np.bool_]:
+    """Which cells lie over coarser ones that are marked: there details may come next."""
+    result = np.zeros_like(large)
+    ndim, cells = blocks.mesh.ndim, large.shape[1]
+    own = slice(blocks.starts[1], None)
+    index: list[Any] = [blocks.coarser[own, 3**ndim // 2].reshape(-1, *(1,) * ndim)]
+    for axis in range(ndim):
+        half = blocks.places[own, axis, None] % 2 * (cells // 2) + np.arange(cells) // 2
+        index.append(half.reshape(-1, *(cells if k == axis else 1 for k in range(ndim))))
+    result[own] = large[tuple(index)]
+    return result
 
 
 def _carried(details: Array, blocks: Blocks, target: Blocks, threads: int) -> Array:
