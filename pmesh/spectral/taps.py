@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache, reduce
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -36,15 +36,12 @@ def exact_taps(wavelet: Wavelet, order: int, ndim: int, reach: int) -> dict[tupl
         for axis, odd in enumerate(source):
             shifts = {(odd - j) // 2: w for j, w in dual.items() if (odd - j) % 2 == 0}
             nodes = np.arange(-wide, wide + 1) + wide + far
-            spread = np.asarray(
-                sum(w * np.take(spread, nodes - k, axis) for k, w in shifts.items())
-            )
+            parts = [w * np.take(spread, nodes - k, axis) for k, w in shifts.items()]
+            spread = np.sum(parts, axis=0) if parts else 0 * np.take(spread, nodes, axis)
         for target in parities:
-            predicted = reduce(
-                lambda values, axis: _predicted(values, axis, target[axis], coarse),
-                range(ndim),
-                spread,
-            )
+            predicted = spread
+            for axis, own in enumerate(target):
+                predicted = _predicted(predicted, axis, own, coarse)
             offsets = [
                 odd - 2 * np.arange(-coarse, coarse + 1) - own
                 for odd, own in zip(source, target, strict=True)
