@@ -104,6 +104,18 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.enright:EnrightCase",
         "a ball drawn out into a thin sheet and back: volume, holes, error of the interface",
     ),
+    "single-vortex-adaptive": Entry(
+        "pmesh.cases.single_vortex_adaptive:SingleVortexAdaptive",
+        "the spiral on particles of several spacings, fine where it is thin: area, how many",
+    ),
+    "enright-adaptive": Entry(
+        "pmesh.cases.enright_adaptive:EnrightAdaptive",
+        "the sheet on particles of several spacings: volume, how many, error of the interface",
+    ),
+    "compress": Entry(
+        "pmesh.cases.compress:CompressCase",
+        "any field from a file, held by wavelets: error and size over five decades of tolerance",
+    ),
 }
 
 

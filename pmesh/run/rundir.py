@@ -20,7 +20,14 @@ FIGURE = "figure.png"
 SUMMARY = "summary.json"
 # in the order in which they are removed: without its checkpoint a run is not one to go on from
 RUN_FILES = (CHECKPOINT, SERIES, FIELDS, SNAPSHOTS, FIGURE, SUMMARY, CASE)
-LOOKS = ("movie.gif", "movie.mp4", "ftle.png", "dye.png", "report.html")  # of a run as it was then
+LOOKS = (
+    "movie.gif",
+    "movie.mp4",
+    "ftle.png",
+    "dye.png",
+    "report.html",
+    "compressed.h5",
+)  # of a run as it was then
 
 
 class RunFolder:
