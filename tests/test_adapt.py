@@ -226,3 +226,19 @@ def test_what_cannot_be_weighed_is_refused():
     for scale in (0.0, -1.0, (1.0, 2.0), np.nan):
         with pytest.raises(InputError, match="scale must be"):
             adapt(fields, blocks, scale=scale)
+
+
+def test_cells_over_large_coarse_details_are_followed_before_they_have_their_own() -> None:
+    """A block made ahead holds no details yet; a flow must take it along all the same."""
+    mesh = AdaptiveMesh(grid=Grid((256, 256), 1 / 256), levels=3, tolerance=1e-4)
+    blocks = Blocks.uniform(mesh, 2)
+    x, y = blocks.points()
+    values = pyramid.restricted(np.exp(-((x - 0.5) ** 2 + (y - 0.5) ** 2) / (2 * 0.02**2)), blocks)
+    found = adapt(values, blocks)
+    finest = found.blocks.of(3)
+    assert finest.stop > finest.start
+    details = pyramid.forward(found.fields, found.blocks).details[finest]
+    assert np.abs(details).max() < 1e-12
+    marked = found.busy[finest]
+    assert marked.any()
+    assert not marked.all()
