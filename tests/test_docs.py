@@ -86,8 +86,13 @@ def test_the_script_to_start_from_runs_and_keeps_its_circulation(tmp_path):
 
 @pytest.mark.parametrize(
     ("page", "number"),
-    [("docs/start.md", 2), ("docs/moving.md", 0), ("docs/moving.md", 1), ("docs/swimmers.md", 1),
-     ("docs/adaptive.md", 0)],  # fmt: skip
+    [
+        ("docs/start.md", 2),
+        ("docs/moving.md", 0),
+        ("docs/moving.md", 1),
+        ("docs/swimmers.md", 1),
+        ("docs/adaptive.md", 0),
+    ],  # fmt: skip
 )
 def test_the_scripts_of_the_pages_run(page, number, tmp_path):
     run(script(page, number), tmp_path)
