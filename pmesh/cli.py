@@ -166,6 +166,7 @@ def _start(
 @click.option("--follow", is_flag=True, help="keep the bodies in the middle")
 @click.option("--limit", type=float, metavar="X", help="where colours saturate  [default: by run]")
 @click.option("--pixels", default=640, metavar="N", help="along the longer side  [default: 640]")
+@click.option("--mesh", is_flag=True, help="outline the blocks of an adaptive run")
 @click.option("--out", metavar="FILE", help="[default: DIR/movie.gif]")
 def movie(folder: str, out: str | None, **given: Any) -> None:
     """Make a movie of a run from its snapshots."""

@@ -8,13 +8,15 @@ from pmesh.cases.mesh_picture import (
     cut,
     level_colours,
     mesh_figure,
+    mesh_history,
+    outlined,
     sampled_window,
     show_mesh,
 )
 from pmesh.cases.style import panels
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.multires.boxes import leaf_boxes
+from remesh.multires.boxes import Boxes, leaf_boxes
 from remesh.multires.mesh import AdaptiveMesh
 from remesh.multires.sampling import sampled
 
@@ -76,6 +78,28 @@ def test_the_figure_is_drawn_without_complaint(mesh, tmp_path):
     blocks, values = sampled(bump, mesh)
     mesh_figure(values, blocks, label="f").savefig(tmp_path / "mesh.png", dpi=60)
     assert (tmp_path / "mesh.png").stat().st_size > 5000
+
+
+def test_pixels_on_the_edges_of_boxes_are_outlined():
+    boxes = Boxes(np.zeros(2, np.int8), np.array([[0.0, 0.0], [2.0, 0.0]]),
+                  np.array([[2.0, 2.0], [3.0, 1.0]]))  # fmt: skip
+    found = outlined(boxes, (0.0, 4.0, 0.0, 2.0), (8, 16))
+    assert found.shape == (8, 16)
+    assert found[-1, :13].all()  # the lower edges of both
+    assert not found[-1, 13:].any()
+    assert found[:, 0].all()
+    assert found[4:, 8].all()
+    assert not found[:7, 1:8].any()
+    assert not outlined(boxes, (10.0, 14.0, 0.0, 2.0), (8, 16)).any()
+
+
+def test_a_run_is_drawn_with_its_nodes_over_time(tmp_path):
+    blocks, values = sampled(bump, PLANE)
+    series = {"time": np.arange(3.0), "active": np.array([100.0, 120.0, 90.0])}
+    for field, told in ((values, series), (np.stack([values, -values]), {"time": np.zeros(1)})):
+        figure = mesh_history(field, blocks, told)
+        figure.savefig(tmp_path / "mesh.png", dpi=60)
+        assert (tmp_path / "mesh.png").stat().st_size > 5000
 
 
 def test_a_vector_field_is_refused():

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.cases.style import show_field, styled
+from pmesh.cases.style import OURS, show_field, styled
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.multires.blocks import Blocks
@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colorbar import Colorbar
     from matplotlib.figure import Figure
+
+    from pmesh.run.series import Series
 
 Values = NDArray[Any]
 Window = tuple[float, float, float, float]  # left, right, bottom, top [L]
@@ -193,6 +195,49 @@ def mesh_figure(
         side: Any = figure.add_subplot(1, 2, 2, projection="3d")
         show_blocks_in_space(side, blocks, levels=levels)
     return figure
+
+
+@styled
+def mesh_history(values: Values, blocks: Blocks, series: Series) -> Figure:
+    """A field with its mesh, the longest of a vector; active nodes and compression over time."""
+    from matplotlib.figure import Figure
+
+    length = values if values.shape == blocks.shape else np.sqrt((values**2).sum(axis=0))
+    figure = Figure(figsize=(10.5, 4.6), layout="constrained")
+    axes: Any = figure.subplots(1, 2, width_ratios=(1.2, 1))
+    signed = bool((length[blocks.leaves()] < 0).any())
+    show_values(axes[0], length, blocks, colours="RdBu_r" if signed else "BuPu")
+    show_mesh(axes[0], blocks)
+    axes[0].set_title(f"{blocks.active:,} active nodes, 1/{blocks.compression:.1f} of the finest")
+    if "active" in series and len(series["time"]) > 1:
+        axes[1].plot(series["time"], series["active"], color=OURS)
+        axes[1].set(title="active nodes", xlabel="$t$", ylim=(0, None))
+        other = axes[1].secondary_yaxis(
+            "right", functions=(lambda n: 100 * n / blocks.mesh.grid.size,
+                                lambda part: part * blocks.mesh.grid.size / 100),
+        )  # fmt: skip
+        other.set_ylabel("per cent of the finest grid's")
+    else:
+        axes[1].set_axis_off()
+    return figure
+
+
+def outlined(boxes: Boxes, window: Window, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Pixels (height, width), top row first, on the lower and left edges of plane boxes."""
+    height, width = shape
+    left, right, bottom, top = window
+    scale = np.array([width / (right - left), height / (top - bottom)])
+    low, high = ((part - (left, bottom)) * scale for part in (boxes.low, boxes.high))
+    seen = (high > 0).all(axis=1) & (low < (width, height)).all(axis=1)
+    first = np.floor(low[seen]).astype(int)
+    last = np.minimum(np.floor(high[seen]).astype(int), (width - 1, height - 1))
+    result = np.zeros((height, width), bool)
+    for (x, y), (u, v) in zip(first, last, strict=True):
+        if y >= 0:
+            result[y, max(x, 0) : u + 1] = True
+        if x >= 0:
+            result[max(y, 0) : v + 1, x] = True
+    return result[::-1]
 
 
 def _faces(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:

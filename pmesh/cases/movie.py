@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pmesh.cases.frames import KINDS, Frames, Kind, Pixels, ffmpeg, strip, written
 from pmesh.cases.interface_film import INTERFACES, VALUES, extent, interface_film, interface_of
+from pmesh.cases.mesh_picture import outlined
 from pmesh.cases.wake import (
     EDGE,
     EMPTY,
@@ -29,6 +30,7 @@ from pmesh.run.files import write_atomic
 from pmesh.run.snapshots import read_snapshots
 from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.multires.boxes import leaf_boxes
 
 LEVELS = 96  # colours of the field
 BODY, RIM, INK = LEVELS, LEVELS + 1, LEVELS + 2  # palette entries; from INK on 8 greys, to paper
@@ -46,6 +48,7 @@ def movie(
     follow: bool = False,
     limit: float | None = None,
     pixels: int = 640,
+    mesh: bool = False,
 ) -> Path:
     """Write the movie of a run directory, by default ``movie.gif`` in it; returns its path.
 
@@ -53,7 +56,8 @@ def movie(
     the interface: filled in the plane, in space a lit surface in the colours of the ``values`` on
     it, if there are any, or of another field. One window over all snapshots, or with
     ``follow`` one that moves with the bodies; colours that saturate at ``limit`` [of the field];
-    ``pixels`` along the longer side. Bodies are filled, the time is above.
+    ``pixels`` along the longer side. Bodies are filled, the time is above; ``mesh`` outlines the
+    active blocks of adaptive plane runs.
     GIF by Pillow; MP4 by imageio-ffmpeg (``pip install "pmesh-flow[movie]"``) or an ffmpeg on the
     path. Refuses a run without snapshots, an unknown field, and MP4 without ffmpeg.
     """
@@ -69,7 +73,7 @@ def movie(
         ffmpeg()
     path = Path(folder) / f"movie.{kind}" if out is None else Path(out)
     shots = snapshots(folder, *([field] if field else []))
-    frames = film(shots, field, follow=follow, limit=limit, pixels=pixels)
+    frames = film(shots, field, follow=follow, limit=limit, pixels=pixels, mesh=mesh)
     write_atomic(path, written(frames, kind, fps))
     return path
 
@@ -99,6 +103,7 @@ def film(
     follow: bool = False,
     limit: float | None = None,
     pixels: int = 640,
+    mesh: bool = False,
 ) -> Frames:
     """The pictures of the snapshots: of a plane field, or of an interface."""
     interface = interface_of(shots)
@@ -126,7 +131,7 @@ def film(
     name = field if plane(shots[0], field).shape == shots[0][field].shape else f"|{field}|"
     scale = f"{name}, {'±' if signed else '0 to '}{limit:g}"
     frames = (
-        _frame(shot, field, interface, whole.moved(*place), shape, limit, signed, scale)
+        _frame(shot, field, interface, whole.moved(*place), shape, limit, signed, scale, mesh)
         for shot, place in zip(shots, places, strict=True)
     )
     return Frames(pixels=frames, palette=palette(signed))
@@ -184,7 +189,7 @@ def _line(
 
 def _frame(
     shot: Shot, field: str, interface: str | None, part: Window, shape: tuple[int, ...],
-    limit: float, signed: bool, scale: str,
+    limit: float, signed: bool, scale: str, mesh: bool,
 ) -> Pixels:  # fmt: skip
     """One picture: a strip with the time, the field below it, an interface and bodies on top."""
     width, height = shape
@@ -193,6 +198,9 @@ def _frame(
     seen = resampled(plane(shot, field), shot.grid, x, y).T / limit
     level = 0.5 * (seen + 1) if signed else seen
     picture = np.clip(np.floor(level * LEVELS), 0, LEVELS - 1).astype(np.uint8)
+    blocks = getattr(shot, "blocks", None)
+    if mesh and blocks is not None and blocks.mesh.ndim == 2:
+        picture[outlined(leaf_boxes(blocks), part, (height, width))] = INK + GREYS // 2
     if interface is not None:
         inside = resampled(shot[interface], shot.grid, x, y).T < 0
         picture[inside & ~_shrunk(_shrunk(inside))] = INK if signed else PAPER

@@ -24,6 +24,7 @@ from pmesh.cases.histories import (
     spoken,
     statistics_of,
 )
+from pmesh.cases.interface_film import INTERFACES
 from pmesh.cases.markup import anchor, drawn, image, number, span, spark, table, video
 from pmesh.cases.movie import film
 from pmesh.cases.options import options, spelt
@@ -31,6 +32,7 @@ from pmesh.cases.reference import DATA, Curve
 from pmesh.cases.registry import find
 from pmesh.cases.runner import read_case
 from pmesh.cases.wake import wake_figure
+from pmesh.run.amr import AdaptiveSnapshot
 from pmesh.run.files import reading, write_atomic
 from pmesh.run.rundir import CASE, FIGURE, SERIES, SUMMARY
 from pmesh.run.series import Series, read_series
@@ -141,6 +143,7 @@ def page(run: Run, movie: Movie = "gif") -> str:
         "Statistics": _statistics(run),
         "Spectrum": _spectrum(run),
         "Wake" if run.forces else "Vorticity": _wake(run),
+        "Mesh": _mesh(run),
         "Movie": _movie(run, movie),
         "Series": _ledger(run),
         "Parameters": _parameters(run),
@@ -247,6 +250,18 @@ def _spectrum(run: Run) -> str:
 def _wake(run: Run) -> str:
     shown = [shot for shot in run.snapshots if "vorticity" in shot.names and shot.grid.ndim == 2]
     return drawn(wake_figure(shown[-1]), f"Vorticity at t = {shown[-1].time:.5g}") if shown else ""
+
+
+def _mesh(run: Run) -> str:
+    shown = [shot for shot in run.snapshots if isinstance(shot, AdaptiveSnapshot)]
+    if not shown or not shown[-1].names:
+        return ""
+    from pmesh.cases.mesh_picture import mesh_history
+
+    last, names = shown[-1], shown[-1].names
+    name = next((n for n in ("vorticity", *INTERFACES) if n in names), next(iter(names)))
+    figure = mesh_history(last.on_blocks(name), last.blocks, run.series)
+    return drawn(figure, f"{spoken(name)} and the blocks of its mesh at t = {last.time:.5g}")
 
 
 def _movie(run: Run, kind: Movie) -> str:
