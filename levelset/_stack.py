@@ -7,7 +7,6 @@ of an axis gives the part of the flat index of each place, -2 to n + 1: wrapped,
 # mypy: disable-error-code="no-untyped-def, no-untyped-call"
 from __future__ import annotations
 
-import numpy as np
 from numba import njit
 
 from levelset import _curvature_flow

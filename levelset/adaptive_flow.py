@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -76,7 +76,8 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
     on together, in explicit stages that reach ``stretch`` explicit steps of the finest level in
     use, their number grows with its root (`levelset.stages`): a mesh that has no need of its
     finest level takes longer steps. Of order 2 in dt, any is stable; order 4 in the spacing away
-    from jumps. Cost: O(active nodes). Same bits for any number of threads.
+    from jumps. Cost: O(active nodes). Same bits for any number of threads. Edges of the coarsest
+    level are mirrors: a surface should stay some of its spacings off.
     """
 
     def _check_mesh(self) -> None:
@@ -142,6 +143,24 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
         asked = self.mesh.levels if level is None else level
         return to_uniform(self.pyramid(state), asked, np.inf, threads=self.threads)
 
+    def levels(self, state: CurvatureState, level: int | None = None) -> NDArray[np.uint8]:
+        """The finest level that has nodes, on all nodes of a level; the finest by default."""
+        own = cast(AdaptiveCurvatureState, state)
+        asked = self.mesh.levels if level is None else level
+        result = np.zeros(self.mesh.level_grid(asked).shape, np.uint8)
+        for finer in range(1, self.mesh.levels + 1):
+            shape = self.mesh.level_grid(finer).shape
+            at = np.array(np.unravel_index(own.nodes[own.of(finer)], shape))
+            if finer >= asked:
+                result[tuple(at >> (finer - asked))] = finer
+                continue
+            there = np.zeros(shape, bool)
+            there[tuple(at)] = True
+            for axis in range(self.mesh.ndim):
+                there = there.repeat(2 ** (asked - finer), axis=axis)
+            result[there] = finer
+        return result
+
     def ledger(self, state: CurvatureState) -> dict[str, float]:
         """``volume``, ``area``, least phi; nodes, active ones, how few, and how fine they are."""
         own = cast(AdaptiveCurvatureState, state)
@@ -157,8 +176,9 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
         }
 
     def fields(self, state: CurvatureState) -> dict[str, Array]:
-        """The level set on all nodes of the finest grid."""
-        return {"phi": self.to_uniform(state)}
+        """The level set and the levels in use, on all nodes of the finest grid."""
+        levels: Array = np.asarray(self.levels(state), np.float32)
+        return {"phi": self.to_uniform(state), "level": levels}
 
     def _law(self, surface: Shape | Array) -> tuple[Callable[[Array], Array], Array]:
         """phi at places (n, ndim), and something of its precision."""

@@ -21,7 +21,7 @@ from remesh.threads import share, thread_count
 Array = NDArray[np.floating[Any]]
 Values = NDArray[np.float64]
 Nodes = NDArray[np.int64]
-LAYERS = 3  # nodes of a level around those to be refined over which the next one has its own
+LAYERS = 2  # nodes of a level around those to be refined over which the next one has its own
 TAKEN = 32  # flag of a node: the next finer level tells its value
 EXPLICIT = 0.375  # of h^2/ndim: the step in which the highest wave of fourth order turns its sign
 
