@@ -31,7 +31,7 @@ from remesh.multires.mesh import AdaptiveMesh
 if TYPE_CHECKING:
     from remesh.multires.wavelets import Wavelet
 
-VERSION = (2, 3)  # of VTKHDF, the first with overlapping AMR that changes with time as it is now
+VERSION = (2, 2)  # of VTKHDF: older readers know it, newer ones its names, which 2.3 changed
 LAYERS = 3  # of points of a plane mesh
 MOST = 2**22  # nodes of the uniform grid that a snapshot's fields are told on
 RECIPE = ("levels", "tolerance", "refinement", "block", "most_blocks")  # of the mesh, as attributes
@@ -161,7 +161,7 @@ def _index_level(
     group = root.create_group(f"Level{level}")
     group.attrs["Spacing"] = _spacing(mesh, level)
     group["AMRBox"] = _boxes(np.concatenate(parts), mesh)
-    steps["NumberOfAMRBoxes"], steps["AMRBoxOffsets"] = counts, starts
+    steps["NumberOfAMRBox"], steps["AMRBoxOffset"] = counts, starts
     nodes = _box_points(mesh)
     for name, (components, dtype) in snapshots[-1].names.items():
         tail = (components,) if components else ()
@@ -176,7 +176,7 @@ def _index_level(
                 )
         fill = np.nan if dtype.kind == "f" else 0
         group.require_group("PointData").create_virtual_dataset(name, layout, fillvalue=fill)
-        steps[f"PointDataOffsets/{name}"] = starts * nodes
+        steps[f"PointDataOffset/{name}"] = starts * nodes
 
 
 def _points(field: NDArray[Any], blocks: Blocks) -> NDArray[Any]:
