@@ -48,8 +48,11 @@ def fold(ahead, behind, total, difference):
 
 
 @njit(cache=True, nogil=True)
-def lay(values, own, around, under, sides, weights, ghosts, space, boxes, rows):
-    """Blocks and their ghosts into the lanes of rows (.., 2, nodes * lanes), phase by phase."""
+def lay(values, own, around, under, sides, weights, ghosts, space, boxes, least, rows):
+    """Blocks and their ghosts into the lanes of rows (.., 2, nodes * lanes), phase by phase.
+
+    Values below ``least`` are none: sums of numbers that small are many times slower.
+    """
     start, nodes, slab, plane = space
     lanes = own.size
     for lane in range(lanes):
@@ -68,7 +71,8 @@ def lay(values, own, around, under, sides, weights, ghosts, space, boxes, rows):
             for phase in range(2):
                 target = rows[r, phase]
                 for i in range(source.size // 2):
-                    target[i * lanes + lane] = source[2 * i + phase]
+                    value = source[2 * i + phase]
+                    target[i * lanes + lane] = value if abs(value) >= least else 0
 
 
 @njit(cache=True, nogil=True)
@@ -82,7 +86,7 @@ def store(sums, factor, lane, lanes, line):
 @njit(cache=True, nogil=True)
 def correct_plane(
     first, groups, step, numbers, values, around, under, sides, weights, tables, extents,
-    which, factors, out,
+    which, factors, least, out,
 ):  # fmt: skip
     """Corrections of 2-D blocks ``numbers``: ``out[:, n] = factors[n] * (d_y G, -d_x G) * values``.
 
@@ -101,7 +105,7 @@ def correct_plane(
     for group in range(first, groups, step):
         own = numbers[group]
         taps = tables[which[group]]
-        lay(values[0], own, around, under, sides, weights, reach, space, boxes, rows)
+        lay(values[0], own, around, under, sides, weights, reach, space, boxes, least, rows)
         for y in range(size):
             sums[:] = 0
             for m in range(reach + 1):
@@ -133,7 +137,7 @@ def combine(ahead, behind, one, other, total):
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def correct_space(
     first, groups, step, numbers, values, around, under, sides, weights, tables, extents,
-    which, factors, out,
+    which, factors, least, out,
 ):  # fmt: skip
     """Corrections of 3-D blocks, curl(G * values).
 
@@ -155,7 +159,7 @@ def correct_space(
         own = numbers[group]
         for c in range(3):
             flat = rows[c].reshape(wide * wide, 2, nodes)
-            lay(values[c], own, around, under, sides, weights, reach, space, boxes, flat)
+            lay(values[c], own, around, under, sides, weights, reach, space, boxes, least, flat)
         for x in range(size):
             sums[:] = 0
             for m in range(reach + 1):

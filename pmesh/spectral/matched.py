@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.spectral.greens import hej
 from remesh.errors import InputError
 
 Array = NDArray[np.float64]
@@ -85,3 +86,16 @@ def kernel_values(order: int, ndim: int, reach: int) -> Array:
     values = point_kernel(np.meshgrid(*(span,) * ndim, indexing="ij", sparse=True))
     values[tuple(slice(reach - middle, reach + middle + 1) for _ in range(ndim))] = known
     return values
+
+
+def gaussian_values(order: int, radius: float, ndim: int, reach: int) -> Array:
+    """d_0 of the Gaussian-regularised Green's function at whole offsets up to ``reach``.
+
+    The kernel that `pmesh.velocity` takes on uniform meshes: of that ``order``, its ``radius`` in
+    spacings. Source: `pmesh.spectral.greens.hej`.
+    """
+    span = np.arange(-reach, reach + 1, dtype=np.float64)
+    offsets = np.meshgrid(*(span,) * ndim, indexing="ij", sparse=True)
+    r2 = np.asarray(sum(np.square(x) for x in offsets))
+    slope = hej(r2, np.zeros(()), ndim, sigma=radius, order=order)[1]
+    return np.asarray(slope * offsets[0], np.float64)

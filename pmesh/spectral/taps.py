@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from pmesh.spectral.matched import Array, kernel_values, midpoint_weights
+from pmesh.spectral.matched import Array, gaussian_values, kernel_values, midpoint_weights
 from remesh.multires.wavelets import Wavelet
 
 POINTS = 6  # of the interpolation of the coarser velocity
@@ -16,10 +16,13 @@ _WIDTHS = (1.0, 2.0, 4.0, 8.0)  # of the vortices for which that is done, in nod
 _NOISE = 1e-4
 
 
-def exact_taps(wavelet: Wavelet, order: int, ndim: int, reach: int) -> dict[tuple[int, ...], Array]:
+def exact_taps(
+    wavelet: Wavelet, order: int, ndim: int, reach: int, radius: float | None = None
+) -> dict[tuple[int, ...], Array]:
     """Taps of D = K - P K' R for each parity of the target, on source - target within ``reach``.
 
-    K: the level's kernel d_0 G matched to scaling functions of ``order``; K': the coarser level's,
+    K: the level's kernel d_0 G matched to scaling functions of ``order``, or with ``radius`` the
+    Gaussian-regularised one of that order and radius in nodes; K': the coarser level's,
     matched to those of the wavelet; R: the lifted restriction; P: interpolation through 6 nodes
     along each axis. Unit spacing; odd along axis 0, even along others.
     """
@@ -28,6 +31,8 @@ def exact_taps(wavelet: Wavelet, order: int, ndim: int, reach: int) -> dict[tupl
     dual = {j: float(w) for j, w in wavelet.h_dual().items()}
     far = max(abs(j) for j in dual) // 2 + 1
     fine = kernel_values(order, ndim, reach)
+    if radius is not None:
+        fine = gaussian_values(order, radius, ndim, reach)
     below = 2.0 * kernel_values(wavelet.order, ndim, wide + far)
     parities = list(product((0, 1), repeat=ndim))
     taps = {parity: np.zeros((2 * reach + 1,) * ndim) for parity in parities}
@@ -67,7 +72,7 @@ def _predicted(values: Array, axis: int, odd: int, coarse: int) -> Array:
 
 @lru_cache(maxsize=16)
 def correction_taps(
-    wavelet: Wavelet, order: int, ndim: int, reach: int
+    wavelet: Wavelet, order: int, ndim: int, reach: int, radius: float | None = None
 ) -> dict[tuple[int, ...], Array]:
     """Taps of D within a ball of ``reach`` + 1/2 nodes, see `exact_taps`.
 
@@ -75,7 +80,7 @@ def correction_taps(
     best linear estimate for vortices of Gaussian shape with widths of 1, 2, 4 and 8 nodes. Against
     dropping it the error is five to ten times less.
     """
-    folded = exact_taps(wavelet, order, ndim, reach + _BEYOND)
+    folded = exact_taps(wavelet, order, ndim, reach + _BEYOND, radius)
     middle = reach + _BEYOND
     quadrant = (slice(middle, None),) * ndim
     corner = np.stack([values[quadrant] for values in folded.values()], axis=-1)

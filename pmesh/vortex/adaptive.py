@@ -246,7 +246,8 @@ class AdaptiveEngine(Engine[AdaptiveState]):
 
     @cached_property
     def _hierarchy(self) -> AdaptiveSolver:
-        return AdaptiveSolver(self.mesh, threads=self.flow.threads)
+        flow = self.flow
+        return AdaptiveSolver(self.mesh, order=flow.order, radius=flow.radius, threads=flow.threads)
 
     def _spread(self, vorticity: Array, blocks: Blocks, variance: float) -> tuple[Array, float]:
         """The vorticity after it spread by a variance [L^2] along each axis, and what left."""
