@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.cases.case import Case, Outcome
-from pmesh.cases.given_field import read_field
+from pmesh.cases.given_field import IMAGES, read_field
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, show_field, styled
 from pmesh.run.summary import Metric
@@ -194,7 +195,9 @@ class CompressCase(Case):
         plane, grid, at = _plane(state.field, state.grid)
         signed = bool(plane.min() < -0.01 * plane.max())
         limit = float(np.abs(plane).max()) or 1.0
-        show_field(panel, plane, grid, colours="RdBu_r" if signed else "bone_r", limit=limit)
+        photo = Path(self.file).suffix.lower() in IMAGES
+        colours = "RdBu_r" if signed else "gray" if photo else "BuPu"
+        show_field(panel, plane, grid, colours=colours, limit=limit)
         (x, y) = grid.axes()
         blocks = kept_blocks(packed)
         show_mesh(panel, blocks, window=(x[0], x[-1], y[0], y[-1]), at=at, width=0.7)
