@@ -90,9 +90,8 @@ class DumbbellCase(Case):
         time, volume = series["time"], series["volume"]
         found = [
             Metric("volume at t = 0", volume[0], self.shape.volume, 0.002, "A", "closed form"),
-            Metric("asymmetry, largest over max |phi|", float(series["asymmetry"].max()), 0.0,
-                   1e-12, "A", "the start is its own mirror image", "absolute"),
-        ]  # fmt: skip
+            self._symmetry(float(series["asymmetry"].max())),
+        ]
         exact = np.interp(time, *known.volume)
         off = float(np.abs(volume - exact).max() / volume[0])
         found.append(
@@ -109,6 +108,22 @@ class DumbbellCase(Case):
         if gone is not None:
             found.append(Metric("time at which all is gone", gone, known.end, 0.01, "A-num", CURVE))
         return [*found, *self._of_coarse(known)]
+
+    def _symmetry(self, largest: float) -> Metric:
+        """Whether the mirror images stay equal."""
+        source = "the start is its own mirror image"
+        name = "asymmetry, largest over max |phi|"
+        return Metric(name, largest, 0.0, 1e-12, "A", source, "absolute")
+
+    @property
+    def other(self) -> str:
+        """What the case that it is compared with is called."""
+        return f"{self.rougher().cells} cells"
+
+    def rougher(self) -> DumbbellCase:
+        """The case that it is compared with: half the cells."""
+        least = math.ceil(1.5 / self.bar)
+        return replace(self, cells=max(self.cells // 2, least), coarse=False)
 
     def _of_coarse(self, known: Reference) -> list[Metric]:
         """The same on half the cells."""
@@ -175,7 +190,7 @@ class DumbbellCase(Case):
         if self.coarse:
             other = _coarse(self)
             panel.plot(other["time"], other["volume"], "+", color=OTHERS[0], ms=5,
-                       label=f"{self.cells // 2} cells")  # fmt: skip
+                       label=self.other)  # fmt: skip
         panel.set(title="volume", xlabel="time $t$", ylim=(0, None), xlim=(0, None))
         panel.legend()
 
@@ -187,7 +202,7 @@ class DumbbellCase(Case):
         if self.coarse:
             other = _coarse(self)
             panel.plot(other["time"], other["neck"] ** 2, "+", color=OTHERS[0], ms=5,
-                       label=f"{self.cells // 2} cells")  # fmt: skip
+                       label=self.other)  # fmt: skip
         panel.set(title="squared radius of the neck", xlabel="time $t$")
         panel.set(xlim=(0, 1.6 * known.pinch), ylim=(0, 1.1 * self.bar**2))
         panel.legend()
@@ -250,12 +265,11 @@ def zero_of(time: Values, values: Values) -> float | None:
 
 @lru_cache(maxsize=4)
 def _coarse(case: DumbbellCase) -> Series:
-    """The series of the run on half the cells."""
+    """The series of the case that this one is compared with."""
     from pmesh.run.loop import run
     from pmesh.run.watchers import Ledger
 
-    other = replace(case, cells=max(case.cells // 2, math.ceil(1.5 / case.bar)), coarse=False)
-    flow, state = other.build()
+    flow, state = case.rougher().build()
     ledger, rows = Ledger(), []
 
     def watch(moment: Moment) -> None:

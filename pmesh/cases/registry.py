@@ -76,6 +76,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.dumbbell:DumbbellCase",
         "a dumbbell collapses by its mean curvature: pinch-off, volume, beside a converged curve",
     ),
+    "dumbbell-adaptive": Entry(
+        "pmesh.cases.dumbbell_adaptive:DumbbellAdaptive",
+        "the same on an adaptive mesh: particles of four spacings, fine at the neck and the tips",
+    ),
     "surface-diffusion": Entry(
         "pmesh.cases.surface_diffusion:SurfaceDiffusionCase",
         "diffusion along a sphere or a torus: decay of waves, beside the exact rates",
