@@ -24,6 +24,7 @@ from remesh.kernels import get_kernel
 from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
+DRAWN = 1.0  # largest dt * max|grad u| from one remeshing to the next
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +36,8 @@ class AdaptiveLevelSet(ParticleLevelSet):
     coarser ones take its value. ``width`` is the half width of the profile in spacings of level 0,
     one profile for all levels; finer bands are as wide as the kernel asks. Particles of all levels
     go with the flow and are remeshed on the nodes of their level, so that fine parts travel with
-    it, whatever the Courant number.
+    it, whatever the Courant number; fine bands bear to be drawn together by dt * max|grad u| = 1
+    from one remeshing to the next, which `limit` keeps to.
 
     The tolerance is a displacement: a place is refined where the interface would be off by more
     than ``mesh.refinement`` of ``reach`` if it were interpolated from every second node, and
@@ -145,6 +147,12 @@ class AdaptiveLevelSet(ParticleLevelSet):
             "finest_level": float(pyramid.finest),
             "remeshings": float(state.remeshings),
         }
+
+    @property
+    def _allowed(self) -> float:
+        """Largest dt * max|grad u| of a step: what fine bands are drawn together by, at most."""
+        steps = self.remeshing if isinstance(self.remeshing, int) else 1
+        return min(super()._allowed, DRAWN / steps)
 
     @property
     def _more(self) -> int:

@@ -227,7 +227,7 @@ class ParticleLevelSet:
         its start.
         """
         known = getattr(self.velocity, "max_gradient", None)
-        rate, allowed = state.gradient, self.substeps * self.deformation
+        rate, allowed = state.gradient, self._allowed
         dt = allowed / rate if rate > 0 else math.inf
         while known is not None and math.isfinite(dt):
             rate = max(known(state.time + share * dt) for share in SHARES)
@@ -276,6 +276,11 @@ class ParticleLevelSet:
                 "particles", hint="check the velocity law where the interface goes",
             )  # fmt: skip
         return found
+
+    @property
+    def _allowed(self) -> float:
+        """Largest dt * max|grad u| of a step."""
+        return self.substeps * self.deformation
 
     def _on_nodes(self, band: Band, state: Interface) -> Interface:
         """Particles on the nodes of a band; refuses one that reaches the end of an axis."""

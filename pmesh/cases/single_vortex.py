@@ -129,7 +129,7 @@ class SingleVortexCase(ReversedCase):
         field, finer = refined(shot["level_set"], shot.grid, 3)
         x, y = finer.axes()
         panel.contourf(x, y, field.T, levels=INSIDE, colors=[OURS], antialiased=True)
-        _frame(panel, f"$t$ = {shot.time:g}")
+        frame(panel, f"$t$ = {shot.time:g}")
 
     def _spiral(self, panel: Axes, shot: Snapshot) -> None:
         """Particles coloured by their level set, the interface, and the exact one."""
@@ -142,15 +142,8 @@ class SingleVortexCase(ReversedCase):
         field, finer = refined(phi, shot.grid, 4)
         x, y = finer.axes()
         panel.contourf(x, y, field.T, levels=INSIDE, colors=[OURS], antialiased=True)
-        self._exact(panel, shot.time)
-        _frame(panel, f"$t$ = {shot.time:g}: interface and particles; line: exact")
-
-    def _exact(self, panel: Axes, time: float) -> None:
-        """The exact interface: points of the circle on their way."""
-        angle = np.linspace(0.0, 2.0 * np.pi, 12_000)
-        circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-        x, y = traced(np.array(CENTER) + self.radius * circle, self.law, 0.0, time).T
-        panel.plot(x, y, color=REFERENCE, lw=0.7)
+        draw_exact(panel, self.shape, self.law, shot.time)
+        frame(panel, f"$t$ = {shot.time:g}: interface and particles; line: exact")
 
     def _home(self, panel: Axes, shot: Snapshot) -> None:
         """The end of the run over the exact interface, close by."""
@@ -158,8 +151,8 @@ class SingleVortexCase(ReversedCase):
         x, y = finer.axes()
         panel.contourf(x, y, field.T, levels=INSIDE, colors=[OURS], alpha=0.25, antialiased=True)
         panel.contour(x, y, field.T, levels=[0.0], colors=[OURS], linewidths=1.4)
-        self._exact(panel, shot.time)
-        _frame(panel, f"$t$ = {shot.time:g}")
+        draw_exact(panel, self.shape, self.law, shot.time)
+        frame(panel, f"$t$ = {shot.time:g}")
         if math.isclose(shot.time, self.period):
             reach = 1.35 * self.radius
             panel.set(xlim=(CENTER[0] - reach, CENTER[0] + reach))
@@ -196,7 +189,15 @@ class SingleVortexCase(ReversedCase):
         panel.legend(loc="lower right")
 
 
-def _frame(panel: Axes, title: str) -> None:
+def draw_exact(panel: Axes, disk: Disk, law: SingleVortex, time: float) -> None:
+    """The exact interface: points of the circle on their way."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 12_000)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    x, y = traced(np.array(disk.center) + disk.radius * circle, law, 0.0, time).T
+    panel.plot(x, y, color=REFERENCE, lw=0.7)
+
+
+def frame(panel: Axes, title: str) -> None:
     """The unit box, without ticks."""
     panel.set_aspect("equal")
     panel.set(xlim=(0, 1), ylim=(0, 1), xticks=[], yticks=[], title=title)
