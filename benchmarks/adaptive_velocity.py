@@ -54,7 +54,7 @@ def vortices(count: int, spacing: float, generator: np.random.Generator) -> Flow
 def blobs(count: int, spacing: float, generator: np.random.Generator) -> Flow:
     """Curls of the curl of Gaussian vectors in space: vorticity and velocity."""
     width = spacing * np.exp(generator.uniform(np.log(4), np.log(12), count))
-    center = generator.uniform(0.3, 0.7, (count, 3))
+    center = generator.uniform(0.38, 0.62, (count, 3))
     axes = generator.normal(size=(count, 3))
 
     def flow(points: Array) -> tuple[Array, Array]:
@@ -128,7 +128,7 @@ def main() -> None:
     threads = thread_count(arguments.threads)
     study(2, 1024, 5, [4, 16, 64], threads)
     if arguments.space:
-        study(3, 256, 4, [1, 4, 12], threads)
+        study(3, 256, 3, [1, 4, 12], threads)
 
 
 if __name__ == "__main__":

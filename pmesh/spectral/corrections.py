@@ -35,12 +35,13 @@ class AdaptiveSolver:
     of the wavelet, on the finest level to those of ``order``, so that there smooth vorticity is
     solved to that order; with a ``radius`` [finest nodes] the Gaussian-regularised kernel of that
     order, as on uniform meshes, so that what the mesh barely resolves is the same on both.
-    ``reach`` cuts D off [nodes], by default as far as the mesh's tolerance
-    allows. The cut costs about 4e-4 of the largest velocity at 8 nodes, 4e-5 at 10 and 4e-6 at 12
-    where vorticity is as sharp as a level can hold, in 3-D half of that; less where it is smooth.
-    Wavelets that keep two moments ("4.2", "6.2") are cut less well: 2e-5 at 12 nodes. The last line
-    of nodes before an upper unbounded end is extrapolated by half a coarser cell: vorticity that
-    ends less than about 8 nodes of a level before it is felt there.
+    ``reach`` cuts D off [nodes], by default as far as the mesh's tolerance allows. Where vorticity
+    is as sharp as a level can hold, the cut costs about 4e-4 of the largest velocity at 8 nodes,
+    4e-5 at 10 and 4e-6 at 12, in 3-D five times that; less where it is smooth. Wavelets that keep
+    two moments ("4.2", "6.2") are cut less well: 2e-5 at 12 nodes. The last line of nodes before an
+    upper unbounded end is extrapolated by half a coarser cell: vorticity that ends less than about
+    8 nodes of a level before it is felt there. Vorticity within 6 nodes of the coarsest level
+    of an end loses what its restriction carries past it.
     O(nodes), same bits for any number of threads. Refuses blocks of fewer nodes than 16.
     Source: local corrections after Anderson, J. Comput. Phys. 62 (1986) 111.
     """
@@ -165,7 +166,7 @@ class AdaptiveSolver:
 
 def _reach(mesh: AdaptiveMesh) -> int:
     """The least reach whose cut stays below the mesh's tolerance."""
-    limits = {6: np.inf, 8: 2e-3, 10: 2e-4} if mesh.ndim == 2 else {6: 1e-3, 8: 5e-5, 10: 5e-6}
+    limits = {8: 2e-3, 10: 2e-4} if mesh.ndim == 2 else {6: 1e-2, 8: 1e-3, 10: 1e-4}
     return next((reach for reach, least in limits.items() if mesh.tolerance >= least), 12)
 
 
