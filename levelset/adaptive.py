@@ -43,9 +43,9 @@ class AdaptiveLevelSet(ParticleLevelSet):
     than ``mesh.refinement`` of ``reach`` if it were interpolated from every second node, and
     refined no more where that falls below ``mesh.tolerance`` of it. The error of an interface that
     is carried falls in proportion to the tolerance, until the finest level ends it.
-    Blocks, their sizes and ``most_blocks`` do not matter to bands. Cost: O(particles), and in
-    memory 12 bytes per node of the finest grid, of which only pages near the interface are used.
-    Refuses redistancing, and to be carried without remeshing.
+    Blocks and their size do not matter to bands. Cost: O(particles); scratch of the finest grid's
+    size is set aside, of which the pages near the interface are used: 1.1 GB for 10^6 particles
+    at 256^3. Refuses redistancing, to be carried without remeshing, and a cap on blocks.
     Source: Bergdorf & Koumoutsakos, Multiscale Model. Simul. 5 (2006) 980.
     """
 
@@ -61,6 +61,12 @@ class AdaptiveLevelSet(ParticleLevelSet):
             raise InputError(
                 f"an adaptive mesh is not redistanced, got redistancing={self.redistancing}",
                 hint="redistancing=None; a larger width, or more levels, where the flow is long",
+            )
+        if self.mesh.most_blocks is not None:
+            raise InputError(
+                f"an interface is kept in bands, not in blocks, got most_blocks="
+                f"{self.mesh.most_blocks}",
+                hint="AdaptiveMesh(..., most_blocks=None)",
             )
 
     @property

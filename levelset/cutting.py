@@ -26,6 +26,7 @@ from remesh.errors import InputError, as_number
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
 from remesh.limit import Limit, check_step, tightest
+from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
 Nodes = NDArray[np.int64]
@@ -81,6 +82,11 @@ class Cutting:
             raise InputError(
                 f"Cutting: carrier must be a ParticleLevelSet, got {self.carrier!r}",
                 hint="carrier=ParticleLevelSet(grid=grid, velocity=law)",
+            )
+        if isinstance(self.carrier.grid, AdaptiveMesh):
+            raise InputError(
+                "Cutting: tools cut on a uniform grid, the carrier's is adaptive",
+                hint="carrier=ParticleLevelSet(grid=mesh.grid, velocity=law)",
             )
         several = isinstance(self.tools, Sequence)
         tools = tuple(cast(Sequence[Tool], self.tools)) if several else (cast(Tool, self.tools),)

@@ -58,5 +58,4 @@ class AdaptiveInterface(Interface):
     @property
     def finest(self) -> int:
         """The finest level that has particles."""
-        counts = np.diff(self.starts)
-        return int(np.flatnonzero(counts)[-1])
+        return int(np.flatnonzero(np.diff(self.starts)).max(initial=0))

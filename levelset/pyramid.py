@@ -49,7 +49,7 @@ class Pyramid(NamedTuple):
     @property
     def finest(self) -> int:
         """The finest level that has nodes."""
-        return max(level for level, band in enumerate(self.bands) if len(band.nodes))
+        return max((n for n, band in enumerate(self.bands) if len(band.nodes)), default=0)
 
 
 def remeshed(

@@ -12,11 +12,13 @@ import pytest
 
 import pmesh
 from levelset.adaptive import AdaptiveLevelSet
+from levelset.cutting import Cutting
 from levelset.interface import AdaptiveInterface
 from levelset.laws import Deformation, Rotation, SingleVortex, Uniform
 from levelset.quadrature import measures
 from levelset.seams import image_distance
 from levelset.shapes import Box, Capsule, Disk, Sphere
+from levelset.tool import Tool
 from levelset.transport import ParticleLevelSet
 from pmesh.cases.deformation import interface_error
 from remesh.errors import BlowUpError, InputError
@@ -208,6 +210,18 @@ def test_a_run_that_is_resumed_repeats_an_unbroken_one(tmp_path: Path):
     assert "active" in series[0].splitlines()[0]
 
 
+def test_a_drop_that_is_squeezed_away_leaves_nothing_and_stops_nobody():
+    def squeeze(time: float, at: np.ndarray) -> np.ndarray:
+        return 4.0 * (0.5078125 - at)  # to a place between the nodes
+
+    flow = ParticleLevelSet(grid=mesh(64, 2), velocity=squeeze)
+    end = carried(flow, flow.start(Disk(0.1, center=(0.5, 0.5))), 1.0, 20)
+    told = flow.ledger(end)
+    assert (told["volume"], told["surface"]) == (0.0, 0.0)
+    assert np.all(flow.fields(end)["level_set"] > 0)
+    assert flow.step(end, 0.1).time == pytest.approx(1.1)
+
+
 def test_a_state_is_a_value_that_a_step_leaves_alone():
     flow, start, _ = swirled(1e-2)
     kept = (start.nodes.copy(), start.positions.copy(), start.values.copy())
@@ -227,6 +241,7 @@ SETTINGS: dict[str, Any] = {"grid": mesh(64, 2), "velocity": SingleVortex(period
         ({"width": 2.0}, "width must be at least 3 spacings, what the kernel reads, got 2.0"),
         ({"velocity": Deformation()}, "of 2 dimensions, got Deformation"),
         ({"kernel": "M5"}, "kernel"),
+        ({"grid": mesh(64, 2, most_blocks=400)}, "in bands, not in blocks, got most_blocks=400"),
     ],
 )
 def test_settings_that_make_no_sense_are_refused(change, match):
@@ -260,3 +275,9 @@ def test_an_interface_at_the_end_of_an_unbounded_box_is_refused_by_the_coarsest_
         pmesh.run(flow, flow.start(Disk(0.15, center=(0.5, 0.5))), until=1.0, dt=0.05)
     with pytest.raises(InputError, match="is not rebuilt from its particles"):
         flow.rebuild(flow.start(Disk(0.15, center=(0.5, 0.5))), np.zeros((1, 2)))
+
+
+def test_tools_do_not_cut_what_an_adaptive_mesh_carries():
+    carrier = ParticleLevelSet(**SETTINGS)
+    with pytest.raises(InputError, match="tools cut on a uniform grid"):
+        Cutting(carrier=carrier, tools=Tool(shape=Disk(0.1), shift=lambda t: (t, 0.5)))
