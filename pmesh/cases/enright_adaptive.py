@@ -53,13 +53,12 @@ class EnrightAdaptive(AdaptiveReversed):
     band: float = option(0.15625, "half width of the band on the coarsest level", unit="L")
     courant: float = option(32.0, "time step times largest speed over the finest cell size")
     every: float = option(1.5, "time between snapshots", unit="T")
-    study: bool = option(False, "whether to run with other tolerances and uniform meshes as well")
 
     title: ClassVar[str] = "Deformation of a ball, reversed, on an adaptive mesh"
     source: ClassVar[str] = PAPER
     short: ClassVar[Mapping[str, Any]] = {
         "nodes": 64, "levels": 2, "period": 1.0, "until": 1.0, "courant": 8.0, "every": 0.5,
-        "band": 0.25, "tolerance": 0.01,
+        "band": 0.25, "tolerance": 0.01, "study": False,
     }  # fmt: skip
 
     @property
@@ -115,10 +114,12 @@ class EnrightAdaptive(AdaptiveReversed):
         """The surface at three times; the levels on a cut; particles, volume and errors."""
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(12.0, 7.4), layout="constrained")
-        grid = figure.add_gridspec(2, 3, height_ratios=(1, 1))
-        above = [figure.add_subplot(grid[0, i]) for i in range(3)]
-        below = [figure.add_subplot(grid[1, i]) for i in range(3)]
+        figure = Figure(figsize=(12.4, 7.2), layout="constrained")
+        studied = self.study and self.back(outcome)
+        rows = figure.add_gridspec(2, 1, height_ratios=(1, 0.8))
+        upper, lower = rows[0].subgridspec(1, 3), rows[1].subgridspec(1, 4 if studied else 3)
+        above = [figure.add_subplot(upper[i]) for i in range(3)]
+        below = [figure.add_subplot(lower[i]) for i in range(lower.ncols)]
         shots = outcome.snapshots()
         half = min(shots, key=lambda shot: abs(shot.time - 0.5 * self.period))
         self._portrait(above[0], half)
@@ -126,10 +127,10 @@ class EnrightAdaptive(AdaptiveReversed):
         self._cut(above[2], half)
         draw_counts(below[0], outcome, 100**3, "nodes of a 100$^3$ mesh")
         draw_volume(below[1], outcome, self.shape.volume, ALLOWED, "volume")
-        adaptive, uniform = self.runs(outcome) if self.back(outcome) and self.study else ({}, {})
-        if len(adaptive) > 1:
+        if studied:
+            adaptive, uniform = self.runs(outcome)
             draw_study(below[2], adaptive, uniform, "volume")
-            draw_errors(below[2].inset_axes((0.2, 0.1, 0.5, 0.3)), adaptive, uniform, self.band)
+            draw_errors(below[3], adaptive, uniform, self.band)
         else:
             self._area(below[2], outcome)
         name_panels([*above, *below])
@@ -173,7 +174,7 @@ class EnrightAdaptive(AdaptiveReversed):
         for level in range(self.levels + 1):
             panel.plot([], [], "s", color=COLOURS[level], alpha=0.55,
                        label=f"1/{self.nodes // 2 ** (self.levels - level)}")  # fmt: skip
-        panel.legend(loc="upper right", fontsize=7, handletextpad=0.1)
+        panel.legend(loc="lower right", fontsize=7, handletextpad=0.1)
         panel.set_aspect("equal")
         panel.grid(False)
         panel.set(xlim=(0.05, 0.95), ylim=(0.05, 0.95))
