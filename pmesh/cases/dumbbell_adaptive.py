@@ -162,16 +162,16 @@ class DumbbellAdaptive(DumbbellCase):
         points, levels = particles(shot["level"], shot.grid, self.levels)
         for level in range(self.levels + 1):
             own = points[levels == level]
-            size = 5.0 * 0.4**level
+            size = 5.5 * 0.46**level
             x, y = own.T
             panel.scatter(x, y, s=size, color=self._colour(level), lw=0, rasterized=True)
         x, y, z = shot.grid.axes()
         cut = shot["phi"][:, :, len(z) // 2].T
         px, py = known.curve(shot.time).T
         for way, side in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-            panel.plot(way * px, side * py, color=REFERENCE, lw=2.0, alpha=0.5)
+            panel.plot(way * px, side * py, color=REFERENCE, lw=2.6, alpha=0.6)
         if cut.min() < 0:
-            panel.contour(x, y, cut, levels=[0.0], colors=["black"], linewidths=0.8)
+            panel.contour(x, y, cut, levels=[0.0], colors=["black"], linewidths=0.7)
         panel.set_aspect("equal")
         panel.set(xlim=(x[0], -x[0]), ylim=(y[0], -y[0]), xticks=[], yticks=[])
         panel.set_title(f"{len(points)} particles in the middle plane")
@@ -201,7 +201,7 @@ class DumbbellAdaptive(DumbbellCase):
             colors=[self._colour(level) for level in range(self.levels + 1)],
             lw=0,
         )
-        panel.axvline(known.pinch, color=REFERENCE, lw=0.9, ls=(0, (4, 3)), label="pinch-off")
+        panel.axvline(known.pinch, color="black", lw=0.9, ls=(0, (4, 3)), label="pinch-off")
         panel.set(title="active particles, thousands", xlabel="time $t$", xlim=(0, None))
         panel.set_ylim(0, 1.15 * float(np.sum(counts, axis=0).max()))
         panel.legend()
