@@ -52,6 +52,14 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.elliptic_vortex:EllipticVortexCase",
         "axisymmetrisation of an elliptical vortex, Koumoutsakos (1997)",
     ),
+    "elliptic-vortex-adaptive": Entry(
+        "pmesh.cases.elliptic_vortex_adaptive:EllipticVortexAdaptive",
+        "the same on an adaptive mesh: wavelets decide where it is fine",
+    ),
+    "cylinder-adaptive": Entry(
+        "pmesh.cases.cylinder_adaptive:CylinderAdaptive",
+        "the cylinder's start on an adaptive mesh, Re = 550 to 9500",
+    ),
     "moving-cylinder": Entry(
         "pmesh.cases.moving_cylinder:MovingCylinder",
         "a cylinder towed in still fluid beside the same one in a free stream",
