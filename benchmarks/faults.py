@@ -85,9 +85,9 @@ FAULTS = [
         "smoothing velocity flow",
     ),
     Fault(
-        "only half a step of diffusion with 2 nu", "pmesh/vortex/flow.py",
-        "spread, solver = 0.5 * dt * self.viscosity", "spread, solver = dt * self.viscosity",
-        "flow",
+        "only half a step of diffusion with 2 nu", "pmesh/vortex/uniform.py",
+        "spread, solver = 0.5 * dt * self.flow.viscosity",
+        "spread, solver = dt * self.flow.viscosity", "flow",
     ),
     Fault(
         "a mean over the step replaced by its end", "pmesh/spectral/smoothing.py",
@@ -108,7 +108,7 @@ FAULTS = [
         "velocity_of(stage.field, sum(row))", "schemes flow",
     ),
     Fault(
-        "what crosses an edge is not counted", "pmesh/vortex/flow.py",
+        "what crosses an edge is not counted", "pmesh/vortex/uniform.py",
         "lost_circulation=state.lost_circulation + lost)",
         "lost_circulation=state.lost_circulation)", "flow constraint",
     ),
