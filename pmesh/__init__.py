@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pmesh.run.snapshots import Snapshots as Snapshots
     from pmesh.run.watchers import Forces as Forces
     from pmesh.run.watchers import Ledger as Ledger
+    from pmesh.spectral.corrections import AdaptiveSolver as AdaptiveSolver
     from pmesh.spectral.poisson import poisson as poisson
     from pmesh.spectral.poisson import velocity as velocity
     from pmesh.vortex.carrier import Carrier as Carrier
@@ -38,6 +39,7 @@ else:
     from pmesh import run  # a package that can be called
 
 __all__ = [
+    "AdaptiveSolver",
     "BlowUpError",
     "Carrier",
     "ContactLaw",
@@ -86,6 +88,7 @@ _HOME = {
     "poisson": "pmesh.spectral.poisson",
     "velocity": "pmesh.spectral.poisson",
     "VelocityHistory": "pmesh.vortex.flowmap",
+    "AdaptiveSolver": "pmesh.spectral.corrections",
     "VortexFlow": "pmesh.vortex.flow",
     "ftle": "pmesh.vortex.flowmap",
     "Limit": "remesh.limit",

@@ -14,9 +14,16 @@ if TYPE_CHECKING:
     from remesh.grid import Grid as Grid
     from remesh.kernels import KERNELS as KERNELS
     from remesh.kernels import Kernel as Kernel
+    from remesh.mapping import Mapping as Mapping
     from remesh.mollifier import mollify as mollify
+    from remesh.multires.adapt import adapt as adapt
+    from remesh.multires.blocks import Blocks as Blocks
+    from remesh.multires.carrying import transferred as transferred
     from remesh.multires.compression import Compressed as Compressed
     from remesh.multires.compression import compress as compress
+    from remesh.multires.mesh import AdaptiveMesh as AdaptiveMesh
+    from remesh.multires.sampling import sampled as sampled
+    from remesh.multires.uniform import to_uniform as to_uniform
     from remesh.nodes import advect_nodes as advect_nodes
     from remesh.nodes import sample_nodes as sample_nodes
     from remesh.particles import Particles as Particles
@@ -32,14 +39,18 @@ if TYPE_CHECKING:
 
 __all__ = [
     "KERNELS",
+    "AdaptiveMesh",
+    "Blocks",
     "BlowUpError",
     "Compressed",
     "Grid",
     "InputError",
     "Kernel",
+    "Mapping",
     "Particles",
     "PmeshError",
     "StorageError",
+    "adapt",
     "advect_nodes",
     "compress",
     "curl",
@@ -53,9 +64,19 @@ __all__ = [
     "reconstruct",
     "remesh",
     "sample_nodes",
+    "sampled",
+    "to_uniform",
+    "transferred",
 ]
 
 _HOME = {
+    "AdaptiveMesh": "remesh.multires.mesh",
+    "Blocks": "remesh.multires.blocks",
+    "adapt": "remesh.multires.adapt",
+    "sampled": "remesh.multires.sampling",
+    "to_uniform": "remesh.multires.uniform",
+    "transferred": "remesh.multires.carrying",
+    "Mapping": "remesh.mapping",
     "Compressed": "remesh.multires.compression",
     "compress": "remesh.multires.compression",
     "BlowUpError": "remesh.errors",

@@ -7,7 +7,7 @@ from scattered_blocks import SIDES, cube, noise, scattered
 from remesh.errors import InputError
 from remesh.multires import pyramid, transform
 from remesh.multires.blocks import Blocks
-from remesh.multires.uniform import on_blocks, spread, to_uniform
+from remesh.multires.uniform import on_blocks, to_uniform
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
@@ -94,37 +94,6 @@ def test_a_field_on_all_finest_nodes_comes_back_as_it_was(side):
     assert (to_uniform(on_blocks(field, blocks), blocks) == field).all()
 
 
-@pytest.mark.parametrize("side", SIDES)
-def test_a_box_of_finest_nodes_is_added_where_it_lies(side):
-    mesh = scattered(side).mesh
-    first = tuple(n // 2 - 3 for n in mesh.grid.shape)
-    corner = np.array(mesh.counts(mesh.levels)) // 2
-    places = corner + np.stack(np.meshgrid(*[[-1, 0, 1]] * mesh.ndim, indexing="ij"), -1)
-    none = [np.empty((0, mesh.ndim), np.int64)] * mesh.levels
-    blocks = Blocks.around(mesh, [*none, places.reshape(-1, mesh.ndim)])
-    values = noise(blocks)
-    given = values.copy()
-    field = np.random.default_rng(1).standard_normal((9, 10, 11)[: mesh.ndim])
-    found = spread(field, first, blocks, values)
-    assert (values == given).all()
-    box = tuple(slice(a, a + n) for a, n in zip(first, field.shape, strict=True))
-    want = to_uniform(values, blocks)
-    want[box] += field
-    own = to_uniform(found, blocks, region=box)
-    assert np.allclose(own, want[box], rtol=0, atol=1e-15)
-    coarser = slice(0, blocks.starts[mesh.levels])
-    assert (found[coarser] == values[coarser]).all()
-
-
-def test_a_box_across_a_periodic_end_is_added_on_both_sides():
-    mesh = scattered("2-D periodic").mesh
-    blocks = Blocks.uniform(mesh, mesh.levels)
-    field = np.arange(1.0, 13.0).reshape(3, 4)
-    found = to_uniform(spread(field, (-1, -2), blocks, np.zeros(blocks.shape)), blocks)
-    assert (np.roll(found, (1, 2), axis=(0, 1))[:3, :4] == field).all()
-    assert found.sum() == field.sum()
-
-
 def test_what_does_not_lie_on_the_mesh_is_refused():
     blocks = scattered("2-D")
     values = noise(blocks)
@@ -135,9 +104,3 @@ def test_what_does_not_lie_on_the_mesh_is_refused():
     for part in (slice(0, 8, 2), slice(5, 5), range(4, 0, -1)):
         with pytest.raises(InputError, match="region must hold whole runs"):
             to_uniform(values, blocks, region=(part, slice(0, 3)))
-    with pytest.raises(InputError, match="is not covered by blocks of level 3"):
-        spread(np.ones(blocks.mesh.grid.shape), (0, 0), blocks, values)
-    with pytest.raises(InputError, match="field must have 2 axes"):
-        spread(np.ones((2, 3, 3)), (0, 0), blocks, values)
-    with pytest.raises(InputError, match="first must hold 2"):
-        spread(np.ones((3, 3)), (0,), blocks, values)

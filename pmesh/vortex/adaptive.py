@@ -5,13 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.bodies.body import Body
 from pmesh.bodies.mask import at_rest
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import indicator
@@ -22,6 +21,7 @@ from pmesh.vortex.domain import SIGNIFICANT
 from pmesh.vortex.engine import EDGE, Engine, largest
 from pmesh.vortex.loads import inertia_force
 from pmesh.vortex.passage import Passage, foresee
+from pmesh.vortex.skin import hull, skin, smoothed
 from pmesh.vortex.state import AdaptiveState
 from remesh.errors import BlowUpError
 from remesh.grid import Grid
@@ -39,8 +39,6 @@ from remesh.multires.uniform import to_uniform
 from remesh.paths import SCHEMES, moved
 
 Array = NDArray[np.floating[Any]]
-RIPPLE = tuple((-1) ** k * math.comb(8, k) / 256 for k in range(9))  # sin(k h / 2)^8
-SKIN = 8  # nodes around a wall in which the mesh is as fine as it can be
 
 
 class Moved(NamedTuple):
@@ -264,7 +262,7 @@ class AdaptiveEngine(Engine[AdaptiveState]):
             wall = self.wall_on(self.mesh.grid, poses)
             wall.stay(fixed=True)
             boxes.append(wall.wide(variance))
-        return self.wall_on(_hull(boxes), before)
+        return self.wall_on(hull(boxes), before)
 
     def _first_node(self, box: Grid) -> tuple[int, ...]:
         """The finest node at which a box begins."""
@@ -291,7 +289,7 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         bodies = self.flow.bodies
         if not bodies:
             return None
-        return _skin(bodies, at_rest(bodies, poses), self.mesh)
+        return skin(bodies, at_rest(bodies, poses), self.mesh)
 
     def _coarsest(self, state: AdaptiveState) -> tuple[Array, Grid]:
         """The vorticity of the coarsest level, with the moments of all, on a grid."""
@@ -313,27 +311,6 @@ class AdaptiveEngine(Engine[AdaptiveState]):
                 )
 
 
-def smoothed(velocity: Array) -> Array:
-    """A velocity (c, nx, ny) without ripples: waves k lose sin(k h / 2)^8 of themselves on an axis.
-
-    A regularised velocity has none, and a wall pushes hard against them without effect; the
-    hierarchy's corrections have different taps at odd and even nodes, and leave some.
-    """
-    result = velocity
-    for axis in range(1, velocity.ndim):
-        count = velocity.shape[axis] - len(RIPPLE) + 1
-        if count <= 0:
-            continue
-        parts = np.moveaxis(result, axis, 0)
-        change = np.zeros_like(parts[:count])
-        for k, weight in enumerate(RIPPLE):
-            change += velocity.dtype.type(weight) * parts[k : k + count]
-        result = result.copy()
-        half = len(RIPPLE) // 2
-        np.moveaxis(result, axis, 0)[half : half + count] -= change
-    return result
-
-
 def _started(vorticity: Array | Callable[[Array], Array] | None) -> Any:
     """What a flow starts from: an array or a law; none is zero everywhere."""
     return (lambda points: np.zeros(points.shape[1:])) if vorticity is None else vorticity
@@ -346,31 +323,3 @@ def _enstrophy(state: AdaptiveState) -> float:
     sums = squares.sum(axis=tuple(range(1, mesh.ndim + 1)))
     cells = np.array([mesh.spacing(level) ** mesh.ndim for level in range(mesh.levels + 1)])
     return float(sums @ cells[blocks.levels])
-
-
-def _hull(boxes: list[Grid]) -> Grid:
-    """The smallest box of a lattice that holds some boxes of it."""
-    one = boxes[0]
-    low = np.min([box.origin for box in boxes], axis=0)
-    high = np.max(
-        [np.add(box.origin, np.multiply(box.shape, box.spacing)) for box in boxes], axis=0
-    )
-    shape = np.rint((high - low) / one.spacing).astype(int)
-    return Grid(shape.tolist(), one.spacing, low.tolist(), one.boundary)
-
-
-@lru_cache(maxsize=4)
-def _skin(bodies: tuple[Body, ...], places: tuple[Pose, ...], mesh: AdaptiveMesh) -> Places:
-    """Places of the finest blocks within some nodes of the surfaces of bodies."""
-    h, found = mesh.grid.spacing, []
-    for body, pose in zip(bodies, places, strict=True):
-        low, high = (np.asarray(corner) for corner in body.bounds(pose))
-        first = np.floor((low - mesh.grid.origin) / h).astype(int) - 2 * SKIN
-        last = np.ceil((high - mesh.grid.origin) / h).astype(int) + 2 * SKIN
-        axes = [np.arange(a, b + 1, 4) for a, b in zip(first, last, strict=True)]
-        nodes = np.stack(np.meshgrid(*axes, indexing="ij"))
-        shape = (mesh.ndim, *(1,) * mesh.ndim)
-        points = np.reshape(mesh.grid.origin, shape) + h * nodes
-        near = np.abs(body.distance(points, pose)) < (SKIN + 4) * h
-        found.append(nodes[:, near].T // mesh.block)
-    return np.unique(np.concatenate(found), axis=0)

@@ -42,21 +42,3 @@ def paste(values, numbers, corner, first, stride, box):
                             row = values[c, number, (xs + x - x0) * stride, (ys + y - y0) * stride]
                             for z in range(z0, z1):
                                 box[c, x, y, z] = row[(zs + z - z0) * stride]
-
-
-@njit(cache=True, nogil=True)
-def add(values, numbers, corner, first, box):
-    """A box of values to the blocks under it."""
-    parts, _, bx, b, _ = values.shape
-    for i in range(numbers.shape[0]):
-        x0, x1, xs = part(corner[0] + i, bx, first[0], box.shape[1])
-        for j in range(numbers.shape[1]):
-            y0, y1, ys = part(corner[1] + j, b, first[1], box.shape[2])
-            for k in range(numbers.shape[2]):
-                z0, z1, zs = part(corner[2] + k, b, first[2], box.shape[3])
-                for c in range(parts):
-                    for x in range(x0, x1):
-                        for y in range(y0, y1):
-                            row = values[c, numbers[i, j, k], xs + x - x0, ys + y - y0]
-                            for z in range(z0, z1):
-                                row[zs + z - z0] += box[c, x, y, z]

@@ -43,44 +43,6 @@ def to_uniform(
     return field.reshape(*values.shape[: -len(blocks.shape)], *shape[3 - mesh.ndim :])
 
 
-def spread(field: Array, first: Sequence[int], blocks: Blocks, values: Array) -> Array:
-    """``values`` with a field that is given on a box of nodes of the finest level added there.
-
-    ``field`` is ``shape`` or ``(c, *shape)`` and begins at node ``first``. Coarser levels stay as
-    they are: see `pyramid.restricted`. Refuses boxes that are not covered by blocks of the
-    mesh's finest level.
-    """
-    result = check_values(values, blocks).copy()
-    mesh = blocks.mesh
-    given = np.asarray(field, result.dtype)
-    if given.ndim - mesh.ndim != result.ndim - len(blocks.shape):
-        raise InputError(
-            f"field must have {mesh.ndim} axes and the components of the values, got "
-            f"{given.shape} for values {result.shape}",
-            hint="a box of finest nodes",
-        )
-    if len(first) != mesh.ndim:
-        raise InputError(
-            f"first must hold {mesh.ndim} whole numbers, got {tuple(first)}",
-            hint="the node at which the box begins",
-        )
-    from remesh.multires import _uniform
-
-    flat = 3 - mesh.ndim
-    start = np.array([0] * flat + list(first), np.int64)
-    shape = np.array([1] * flat + list(given.shape[-mesh.ndim :]), np.int64)
-    numbers, corner = _blocks_under(blocks, mesh.levels, start, shape)
-    if (numbers < 0).any():
-        raise InputError(
-            f"the box of {given.shape[-mesh.ndim :]} nodes from {tuple(first)} on is not covered "
-            f"by blocks of level {mesh.levels}",
-            hint="adapt with always=... to have blocks there",
-        )
-    parts = layers(result, blocks)
-    _uniform.add(parts, numbers, corner, start, given.reshape(len(parts), *shape))
-    return result
-
-
 def on_blocks(field: Array, blocks: Blocks) -> Array:
     """Values on the blocks of a complete pyramid: the field on its finest nodes, zeros below."""
     mesh = blocks.mesh
