@@ -12,6 +12,7 @@ import pmesh
 import remesh
 from levelset.laws import SingleVortex
 from pmesh.cases.adaptive_interface import COLOURS
+from pmesh.cases.single_vortex import frame
 from pmesh.cases.style import panels, styled
 from remesh.multires.mesh import AdaptiveMesh
 
@@ -50,8 +51,7 @@ def draw():
             panel.scatter(x, y, s=9 / 4**level, color=COLOURS[level], marker="s", lw=0)
         field = flow.fields(state)["level_set"]
         panel.contour(*grid.axes(), field.T, levels=[0.0], colors=["black"], linewidths=0.6)
-        panel.set(title=f"$t$ = {state.time:g}", xlim=(0, 1), ylim=(0, 1), xticks=[], yticks=[])
-        panel.set_aspect("equal")
+        frame(panel, f"$t$ = {state.time:g}: {state.size} active")
     figure.suptitle("Particles of several spacings follow a disk in a reversed vortex")
     return figure
 

@@ -148,7 +148,11 @@ class AdaptiveReversed(Reversed):
         meshes = [self.nodes // part for part in (8, 4, 2)]
         return (
             dict(sorted({**others, self.tolerance: own}.items())),
-            {nodes: _run_of(self.uniform(nodes)) for nodes in meshes if self.band * nodes >= self.least},
+            {
+                nodes: _run_of(self.uniform(nodes))
+                for nodes in meshes
+                if self.band * nodes >= self.least
+            },
         )
 
 
