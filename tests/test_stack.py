@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from levelset import _stack
 from levelset.curvature_flow import normal_bend
 from levelset.floors import Floor
 from levelset.lookup import places
@@ -98,6 +99,13 @@ def test_cubics_pass_from_level_to_level_exactly(ndim):
     for floor, nodes in zip(stack.floors, stack.nodes, strict=True):
         np.testing.assert_allclose(floor.field[nodes], cubic(places(floor.grid, nodes)), atol=1e-13)
     stack.close(np.dtype(np.float64))
+
+
+def test_places_beyond_an_end_are_mirror_images_and_those_beyond_a_seam_wrap():
+    for wraps, low, high in ((False, [2, 1], [4, 3]), (True, [4, 5], [0, 1])):
+        result = np.empty(10, np.int64)
+        _stack.table(6, wraps, 7, result)
+        np.testing.assert_array_equal(result, 7 * np.array([*low, *range(6), *high]))
 
 
 def test_new_nodes_take_interpolated_values_and_old_ones_are_kept():
