@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,9 +21,10 @@ from pmesh.vortex.domain import SIGNIFICANT
 from pmesh.vortex.engine import EDGE, Engine, largest
 from pmesh.vortex.loads import inertia_force
 from pmesh.vortex.passage import Passage, foresee
+from pmesh.vortex.recipe import checked_vorticity
 from pmesh.vortex.skin import hull, skin, smoothed
 from pmesh.vortex.state import AdaptiveState
-from remesh.errors import BlowUpError
+from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
 from remesh.multires.adapt import adapt
 from remesh.multires.blocks import Blocks, Places
@@ -37,6 +38,9 @@ from remesh.multires.strain import gradient_norm
 from remesh.multires.travel import carried
 from remesh.multires.uniform import to_uniform
 from remesh.paths import SCHEMES, moved
+
+if TYPE_CHECKING:
+    from pmesh.vortex.flow import VortexFlow
 
 Array = NDArray[np.floating[Any]]
 
@@ -63,7 +67,12 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         """See `VortexFlow.start`."""
         flow, mesh = self.flow, self.mesh
         poses = tuple(body.start() for body in flow.bodies)
-        blocks, values = sampled(_started(vorticity), mesh, threads=flow.threads)
+        blocks, values = sampled(_started(vorticity, flow), mesh, threads=flow.threads)
+        if values.shape != blocks.shape:
+            raise InputError(
+                f"vorticity must be one field, the law gives {len(values)} components",
+                hint="a function of points (2, ...) that gives (...)",
+            )
         state = AdaptiveState(
             time=0.0, step=0, grid=mesh.grid, gradient=0.0, speed=0.0, poses=poses,
             impulse_force=(math.nan, math.nan), tolerance=mesh.tolerance,
@@ -311,9 +320,13 @@ class AdaptiveEngine(Engine[AdaptiveState]):
                 )
 
 
-def _started(vorticity: Array | Callable[[Array], Array] | None) -> Any:
+def _started(vorticity: Array | Callable[[Array], Array] | None, flow: VortexFlow) -> Any:
     """What a flow starts from: an array or a law; none is zero everywhere."""
-    return (lambda points: np.zeros(points.shape[1:])) if vorticity is None else vorticity
+    if vorticity is None:
+        return lambda points: np.zeros(points.shape[1:])
+    if callable(vorticity):
+        return vorticity
+    return checked_vorticity(vorticity, flow.lattice, np.dtype(flow.dtype))
 
 
 def _enstrophy(state: AdaptiveState) -> float:
