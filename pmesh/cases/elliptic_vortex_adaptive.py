@@ -38,12 +38,19 @@ class EllipticVortexAdaptive(EllipticVortexCase):
     kernel: str = option("L6,4", "remeshing kernel")
     deformation: float = option(0.1, "largest dt * max|grad u|")
     tolerance: float = option(1e-4, "details below it are let go, relative to the vorticity")
-    block: int = option(16, "nodes along the edge of a block: 8, 16 or 32")
+    block: int = option(16, "nodes along the edge of a block: 16 or 32")
 
     title: ClassVar[str] = "Axisymmetrisation of an elliptical vortex, adaptive mesh"
     short: ClassVar[Mapping[str, Any]] = {
         "spacing": 1 / 80, "levels": 3, "tolerance": 1e-3, "until": 2.0, "every": 0.4,
     }  # fmt: skip
+
+    def __post_init__(self) -> None:
+        """Refuse what is no mesh."""
+        super().__post_init__()
+        self.require(0 < self.tolerance < 1, "tolerance", "between 0 and 1")
+        self.require(self.levels >= 1, "levels", "at least 1")
+        self.require(self.block in (16, 32), "block", "16 or 32")
 
     def mesh(self) -> AdaptiveMesh:
         """The adaptive mesh, of whole blocks on all levels."""
