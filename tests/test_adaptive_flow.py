@@ -106,6 +106,27 @@ def test_the_mesh_follows_the_curve_and_is_coarse_once_it_is_round():
         assert finest.sum() == state.counts[state.finest] * 4 ** (3 - state.finest)
 
 
+@pytest.mark.parametrize("shown", [0, 1, 2])
+def test_levels_are_told_where_their_nodes_are_and_nowhere_else(shown):
+    grid = Grid((128, 64), 1 / 64, (-1.0, -0.5))
+    flow = CurvatureFlow(grid=AdaptiveMesh(grid=grid, levels=2, tolerance=1e-2, block=8))
+    state = flow.start(Star(0.25, amplitude=0.4, arms=4, center=(0.4, 0.0)))
+    told = flow.levels(state, shown)
+    assert told.shape == flow.mesh.level_grid(shown).shape
+    expected = np.zeros_like(told)
+    for level, band in enumerate(flow.pyramid(state).bands):
+        there = np.zeros(band.grid.shape, bool)
+        there.reshape(-1)[band.nodes] = True
+        part = 2 ** abs(shown - level)
+        if level > shown:
+            there = there.reshape(told.shape[0], part, told.shape[1], part).any(axis=(1, 3))
+        else:
+            there = np.kron(there, np.ones((part, part), bool))
+        expected[there] = level
+    assert expected.max() == 2
+    np.testing.assert_array_equal(told, expected)
+
+
 def test_order_in_time_is_two():
     flow = CurvatureFlow(grid=mesh_of(2, 64, levels=1, tolerance=1e-4))
     start = flow.start(Star(0.3, amplitude=0.1, arms=3))
