@@ -42,14 +42,14 @@ class CylinderAdaptive(Cylinder):
         None, "finest mesh nodes per diameter; 112, 272, 512 at Re = 550, 3000, 9500 if not given"
     )
     mesh_tolerance: float = option(
-        1e-3, "details below it are let go, relative to the largest vorticity"
+        3e-4, "details below it are let go, relative to the largest vorticity"
     )
     levels: int | None = option(
         None, "how often the finest mesh can be halved; fitting if not given"
     )
 
     title: ClassVar[str] = "Impulsively started cylinder, adaptive mesh"
-    short: ClassVar[Mapping[str, Any]] = {"nodes": 48, "until": 0.6, "mesh_tolerance": 3e-3}
+    short: ClassVar[Mapping[str, Any]] = {"nodes": 48, "until": 0.6, "mesh_tolerance": 1e-3}
 
     def __post_init__(self) -> None:
         """Refuse what is outside the case."""

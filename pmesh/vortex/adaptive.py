@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow
 
 Array = NDArray[np.floating[Any]]
+FAR = 12  # reach of the velocity's corrections past bodies, whose vorticity is as sharp as can be
 
 
 class Moved(NamedTuple):
@@ -255,7 +256,10 @@ class AdaptiveEngine(Engine[AdaptiveState]):
     @cached_property
     def _hierarchy(self) -> AdaptiveSolver:
         flow = self.flow
-        return AdaptiveSolver(self.mesh, order=flow.order, radius=flow.radius, threads=flow.threads)
+        return AdaptiveSolver(
+            self.mesh, order=flow.order, radius=flow.radius, threads=flow.threads,
+            reach=FAR if flow.bodies else None,
+        )  # fmt: skip
 
     def _spread(self, vorticity: Array, blocks: Blocks, variance: float) -> tuple[Array, float]:
         """The vorticity after it spread by a variance [L^2] along each axis, and what left."""

@@ -17,12 +17,12 @@ from remesh.multires.blocks import Places
 from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
-RIPPLE = tuple((-1) ** k * math.comb(8, k) / 256 for k in range(9))  # sin(k h / 2)^8
+RIPPLE = tuple((-1) ** k * math.comb(12, k) / 2**12 for k in range(13))  # sin(k h / 2)^12
 SKIN = 8  # nodes around a wall in which the mesh is as fine as it can be
 
 
 def smoothed(velocity: Array) -> Array:
-    """A velocity (c, nx, ny) without ripples: waves k lose sin(k h / 2)^8 of themselves on an axis.
+    """A velocity (c, nx, ny) without ripples: waves k lose sin(k h / 2)^12 of themselves on an axis.
 
     A regularised velocity has none, and a wall pushes hard against them without effect; the
     hierarchy's corrections have different taps at odd and even nodes, and leave some.
