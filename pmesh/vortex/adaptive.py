@@ -37,6 +37,7 @@ from remesh.multires.sampling import sampled
 from remesh.multires.strain import gradient_norm
 from remesh.multires.travel import carried
 from remesh.multires.uniform import to_uniform
+from remesh.multires.wavelets import get_wavelet
 from remesh.paths import SCHEMES, moved
 
 if TYPE_CHECKING:
@@ -255,10 +256,11 @@ class AdaptiveEngine(Engine[AdaptiveState]):
 
     @cached_property
     def _hierarchy(self) -> AdaptiveSolver:
-        flow = self.flow
+        flow, mesh = self.flow, self.mesh
+        most = mesh.block - len(get_wavelet(mesh.wavelet).predict)
         return AdaptiveSolver(
-            self.mesh, order=flow.order, radius=flow.radius, threads=flow.threads,
-            reach=FAR if flow.bodies else None,
+            mesh, order=flow.order, radius=flow.radius, threads=flow.threads,
+            reach=min(FAR, most) if flow.bodies else None,
         )  # fmt: skip
 
     def _spread(self, vorticity: Array, blocks: Blocks, variance: float) -> tuple[Array, float]:

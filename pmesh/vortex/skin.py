@@ -22,7 +22,7 @@ SKIN = 8  # nodes around a wall in which the mesh is as fine as it can be
 
 
 def smoothed(velocity: Array) -> Array:
-    """A velocity (c, nx, ny) without ripples: waves k lose sin(k h / 2)^12 of themselves on an axis.
+    """A velocity (c, nx, ny) without ripples: waves k lose sin(k h / 2)^12 of themselves.
 
     A regularised velocity has none, and a wall pushes hard against them without effect; the
     hierarchy's corrections have different taps at odd and even nodes, and leave some.
