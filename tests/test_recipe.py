@@ -11,16 +11,23 @@ from levelset.shapes import Box, Disk, Ellipse
 from pmesh.bodies.body import RigidBody
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.recipe import checked_vorticity
+from pmesh.vortex.window import Window
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
+from remesh.multires.mesh import AdaptiveMesh
 
 GRID = Grid((32, 32), 1 / 8, (-2.0, -2.0))
 DISK = RigidBody(Disk(radius=0.6))
 FINE = Grid((128, 128), 1 / 32, (-2.0, -2.0))
 THIN = Box(size=(1.5, 0.05)).moved(angle=math.pi / 4)  # its bounds are a square
 WRAPPED = Grid((32, 32), 1 / 8, (-2.0, -2.0), "periodic")
+WINDOW = Window(lower=(3, 3), upper=(9, 3))
 EDGED = RigidBody(Disk(radius=0.6, center=(1.2, 0.0)))  # touches the last nodes
+
+
+MESH = AdaptiveMesh(grid=FINE, levels=2)
+THICK = AdaptiveMesh(grid=Grid((16, 32, 16), 1 / 8), levels=1, block=8)
 
 
 def flow(**options: object) -> VortexFlow:
@@ -33,6 +40,12 @@ def test_lists_and_arrays_become_tuples_so_that_a_flow_is_a_value():
     assert given.freestream == (1.0, 0.0)
     assert all(type(u) is float for u in given.freestream)
     assert hash(given) == hash(flow(bodies=(DISK,), freestream=(1.0, 0.0)))
+
+
+def test_a_flow_on_an_adaptive_mesh_is_a_value_that_knows_its_finest_grid():
+    one, two = (flow(grid=AdaptiveMesh(grid=FINE, levels=2), bodies=[DISK]) for _ in range(2))
+    assert (hash(one), one) == (hash(two), two)
+    assert one.lattice == FINE == flow(grid=FINE).lattice
 
 
 def test_a_kernel_of_ones_own_is_as_good_as_a_name():
@@ -67,6 +80,12 @@ def test_a_kernel_of_ones_own_is_as_good_as_a_name():
         ({"deformation": "small"}, "deformation must be a number"),
         ({"radius": "wide"}, "radius must be a number"),
         ({"threads": 0}, "threads must be"),
+        ({"grid": THICK}, "needs a 2-D grid or adaptive mesh"),
+        ({"grid": MESH, "remeshing": "distorted"}, "remeshed at every step"),
+        ({"grid": MESH, "domain": "follow"}, "does not follow the vorticity"),
+        ({"grid": MESH, "bodies": [DISK], "window": WINDOW}, "a window is for uniform grids"),
+        ({"grid": MESH, "bodies": [RigidBody(THIN)]}, "spacings thick, needs 8"),
+        ({"grid": MESH, "bodies": [RigidBody(Disk(0.6, center=(1.5, 0)))]}, "outside the domain"),
     ],
 )
 def test_what_cannot_run_is_refused_with_advice(options, text):
