@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from pmesh.run.protocols import Moment, Watcher
     from pmesh.run.snapshots import Snapshot
 
+AHEAD = 8.0  # tolerances from which details are resolved one level finer; 4, the default, is no
+# more accurate here and takes a fifth more nodes
 HALF = 1.4  # of the box, at least, as the uniform case has it
 FULL = 1 / 256  # finest spacing [L] from which on few nodes are asked for
 SHARE = 0.1  # of the nodes of the finest grid, at most
@@ -59,8 +61,9 @@ class EllipticVortexAdaptive(EllipticVortexCase):
         nodes = unit * math.ceil(2.0 * half / self.spacing / unit)
         grid = Grid((nodes, nodes), self.spacing, (-0.5 * nodes * self.spacing,) * 2)
         return AdaptiveMesh(
-            grid=grid, levels=self.levels, tolerance=self.tolerance, block=self.block
-        )
+            grid=grid, levels=self.levels, tolerance=self.tolerance, block=self.block,
+            refinement=AHEAD * self.tolerance,
+        )  # fmt: skip
 
     def build(self) -> tuple[Any, Any]:
         """The flow on an adaptive mesh, and the vortex at rest in it."""
