@@ -97,10 +97,8 @@ def beside_uniform(options: argparse.Namespace) -> None:
         start = time.perf_counter()
         flows[0].velocity(states[0])
         solves.append(time.perf_counter() - start)
-    step = statistics.median(times[0])
-    print(
-        f"  step {1e3 * step:.1f} ms, of which a velocity solve {1e3 * statistics.median(solves):.1f}"
-    )
+    step, solve = statistics.median(times[0]), statistics.median(solves)
+    print(f"  step {1e3 * step:.1f} ms, of which a velocity solve {1e3 * solve:.1f}")
     for name in names:
         print(f"    {name}: {100 * statistics.median(s[name] for s in shares):.1f} % of the step")
     if times[1]:
