@@ -5,6 +5,7 @@ import pytest
 
 from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.multires.adapt import adapt
 from remesh.multires.blocks import Blocks
 from remesh.multires.boxed import added
 from remesh.multires.mesh import AdaptiveMesh
@@ -71,11 +72,27 @@ def test_what_the_mesh_does_not_resolve_is_let_go_with_its_moments_kept(
             assert moment(found, blocks, powers) == pytest.approx(exact, rel=1e-12)
 
 
-def test_what_sticks_out_of_the_mesh_is_not_added() -> None:
+def test_a_box_may_stick_out_of_the_mesh_where_the_field_is_zero() -> None:
     blocks = Blocks.uniform(mesh(2), 3)
-    first, shape = (-30, 100), (60, 40)
-    found = added(np.zeros(blocks.shape), blocks, np.ones(shape), first)
-    assert found[blocks.of(3)].sum() == pytest.approx(30 * 40, rel=1e-14)
+    field = blob((40, 100), (60, 40))
+    wide = np.pad(field, ((70, 0), (0, 0)))
+    near = added(np.zeros(blocks.shape), blocks, field, (40, 100))
+    far = added(np.zeros(blocks.shape), blocks, wide, (-30, 100))
+    np.testing.assert_allclose(far, near, atol=1e-14)
+
+
+def test_no_moment_is_lost_where_a_field_reaches_past_the_finest_blocks() -> None:
+    one = mesh(2)
+    blocks = Blocks.uniform(one).joined(3, np.array([[7, 8]]))
+    rough = blob((100, 110), (40, 44)) * np.random.default_rng(0).normal(size=(40, 44))
+    found = added(np.zeros(blocks.shape), blocks, rough, (100, 110))
+    again = adapt(found, blocks)
+    axes = [H * (100 + np.arange(40)), H * (110 + np.arange(44))]
+    x, y = np.meshgrid(*axes, indexing="ij")
+    for powers in ((0, 0), (1, 0), (0, 1), (2, 1)):
+        exact = float(np.sum(rough * x ** powers[0] * y ** powers[1])) * H**2
+        assert moment(found, blocks, powers) == pytest.approx(exact, abs=1e-13)
+        assert moment(again.fields, again.blocks, powers) == pytest.approx(exact, abs=1e-13)
 
 
 def test_a_box_wraps_round_a_periodic_axis() -> None:

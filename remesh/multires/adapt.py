@@ -67,7 +67,7 @@ def adapt(
     low, high = (factor * threshold for threshold in blocks.mesh.thresholds)
     if np.array_equal(target.keys, blocks.keys):
         target = blocks
-    rest = _carried(details, blocks, target, count)
+    rest = details_on(details, blocks, target, count)
     result = np.empty_like(rest)
     coarsest = blocks.of(0)
     layers(result, target)[:, coarsest] = layers(smooth, blocks)[:, coarsest]
@@ -173,7 +173,7 @@ def _ahead(large: NDArray[np.bool_], blocks: Blocks) -> NDArray[np.bool_]:
     return result
 
 
-def _carried(details: Array, blocks: Blocks, target: Blocks, threads: int) -> Array:
+def details_on(details: Array, blocks: Blocks, target: Blocks, threads: int) -> Array:
     """Details on other blocks, without those whose lifting steps reach past a level's blocks."""
     from remesh.multires import _adapt
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.multires.adapt import details_on
 from remesh.multires.blocks import Blocks
+from remesh.multires.pyramid import build
 from remesh.multires.transform import forward
 from remesh.multires.wavelets import Wavelet, get_wavelet
+from remesh.threads import thread_count
 
 Array = NDArray[np.floating[Any]]
 
@@ -22,44 +25,50 @@ def added(
 ) -> Array:
     """The values on the blocks and a field that is known on a box of finest nodes, zero around it.
 
-    ``first``: the finest node at which the box begins. Each level gets the restriction of the
-    field, so what the blocks do not resolve is let go by the lifting: the moments 0 to N~ - 1 stay.
-    Cost: O(box). Refuses boxes that do not lie on the mesh.
+    ``first``: the finest node at which the box begins. What the blocks cannot hold, details where
+    there are none of their level and those that reach past the blocks of their level, is let go
+    by the lifting: the moments 0 to N~ - 1 stay. Cost: O(box) + O(nodes). Refuses fields of other
+    dimensions.
     """
-    mesh = blocks.mesh
-    shape = tuple(field.shape)
-    if len(shape) != mesh.ndim:
+    mesh, count = blocks.mesh, thread_count(threads)
+    if field.ndim != mesh.ndim:
         raise InputError(
-            f"the box must have {mesh.ndim} axes, got a field of shape {shape}",
+            f"the box must have {mesh.ndim} axes, got a field of shape {field.shape}",
             hint="one scalar field",
         )
-    result = values.copy()
-    level = mesh.levels
-    for part, start in _restrictions(field, first, get_wavelet(mesh.wavelet), level, threads):
-        own = blocks.of(level)
-        if own.stop > own.start:
-            index = _inside(blocks, own, level, part.shape, start)
-            result[own] += np.pad(part, 1)[index]
-        level -= 1
-    return result
+    details = np.zeros(blocks.shape, values.dtype)
+    start, part = np.asarray(first, np.int64), field
+    for level in range(mesh.levels, 0, -1):
+        part, start = _split(part, start, get_wavelet(mesh.wavelet), count)
+        even = (slice(None, None, 2),) * part.ndim
+        coarse = np.ascontiguousarray(part[even])
+        part[even] = 0
+        _give(part, start, blocks, level, details)
+        part, start = coarse, start // 2
+    result = np.empty(blocks.shape, values.dtype)
+    _give(part, start, blocks, 0, result)
+    build(result, details_on(details, blocks, blocks, count), blocks, count)
+    return values + result
 
 
-def _restrictions(
-    field: Array, first: Sequence[int], wavelet: Wavelet, levels: int, threads: int | None
-) -> Iterator[tuple[Array, NDArray[np.int64]]]:
-    """The field on each level, finest first, and the node at which it begins."""
-    start = np.asarray(first, np.int64)
-    yield field, start
+def _split(
+    field: Array, start: NDArray[np.int64], wavelet: Wavelet, threads: int
+) -> tuple[Array, NDArray[np.int64]]:
+    """One level of the transform, coarse values at even nodes, and its first node."""
     margin = 2 * max(len(wavelet.update), len(wavelet.predict)) + 2
-    for _ in range(levels):
-        low = margin + start % 2
-        high = margin + (np.array(field.shape) + low + margin) % 2
-        padded = np.pad(field, list(zip(low, high, strict=True)))
-        grid = Grid(padded.shape, 1.0, None, "periodic")
-        forward(padded, grid, wavelet, 1, out=padded, threads=threads)
-        field = np.ascontiguousarray(padded[(slice(None, None, 2),) * padded.ndim])
-        start = (start - low) // 2
-        yield field, start
+    low = margin + start % 2
+    high = margin + (np.array(field.shape) + low + margin) % 2
+    padded = np.pad(field, list(zip(low, high, strict=True)))
+    grid = Grid(padded.shape, 1.0, None, "periodic")
+    forward(padded, grid, wavelet, 1, out=padded, threads=threads)
+    return padded, start - low
+
+
+def _give(part: Array, start: NDArray[np.int64], blocks: Blocks, level: int, values: Array) -> None:
+    """What a box holds to the blocks of a level; zero to those beside it."""
+    own = blocks.of(level)
+    if own.stop > own.start:
+        values[own] = np.pad(part, 1)[_inside(blocks, own, level, part.shape, start)]
 
 
 def _inside(
