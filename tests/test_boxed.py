@@ -106,6 +106,35 @@ def test_a_box_wraps_round_a_periodic_axis() -> None:
     assert 16 * far[blocks.of(0)].sum() == pytest.approx(field.sum(), rel=1e-13)
 
 
+@pytest.mark.parametrize("boundary", [("periodic", "unbounded"), ("periodic", "periodic")])
+@pytest.mark.parametrize("length", [70, 120, 300])
+def test_a_box_of_any_length_goes_round_a_periodic_axis(length: int, boundary: tuple) -> None:
+    """On each level: the parts of the box, each shorter than half the coarse period, added up."""
+    one = AdaptiveMesh(grid=Grid((128, 256), H, None, boundary), levels=3)
+    blocks = Blocks.uniform(one, 1).joined(3, np.array([[2, 7], [3, 8]]))
+    field = np.random.default_rng(1).normal(size=(length, 60)) + 0.3
+    zeros = np.zeros(blocks.shape)
+    found = added(zeros, blocks, field, (50, 100))
+    dense = np.zeros((128, 256))
+    np.add.at(dense, (50 + np.arange(length)) % 128, np.pad(field, ((0, 0), (100, 96))))
+    pieces = sum(added(zeros, blocks, dense[k : k + 1], (k, 0)) for k in range(128))
+    np.testing.assert_allclose(found, pieces, atol=1e-12)
+    total = 64 * found[blocks.of(0)].sum()
+    assert total == pytest.approx(field.sum(), rel=1e-12)
+    y = H * np.arange(256)
+    first = np.einsum("nij,nj->", found[blocks.of(0)], blocks.points()[1, blocks.of(0), 0])
+    if boundary[1] == "unbounded":
+        assert 64 * first == pytest.approx(float((dense * y).sum()), rel=1e-12)
+
+
+def test_a_box_round_two_periodic_axes_keeps_its_sum_in_space() -> None:
+    grid = Grid((32, 64, 32), H, None, ("periodic", "unbounded", "periodic"))
+    blocks = Blocks.uniform(AdaptiveMesh(grid=grid, levels=2, block=8), 1)
+    field = np.random.default_rng(2).normal(size=(24, 10, 40)) + 0.3
+    found = added(np.zeros(blocks.shape), blocks, field, (20, 30, -5))
+    assert 64 * found[blocks.of(0)].sum() == pytest.approx(field.sum(), rel=1e-12)
+
+
 def test_float32_stays_float32() -> None:
     blocks = Blocks.uniform(mesh(2), 1)
     values = np.zeros(blocks.shape, np.float32)

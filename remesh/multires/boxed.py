@@ -25,7 +25,8 @@ def added(
 ) -> Array:
     """The values on the blocks and a field that is known on a box of finest nodes, zero around it.
 
-    ``first``: the finest node at which the box begins. What the blocks cannot hold, details where
+    ``first``: the finest node at which the box begins. Along periodic axes it goes round, also more
+    than once. What the blocks cannot hold, details where
     there are none of their level and those that reach past the blocks of their level, is let go
     by the lifting: the moments 0 to N~ - 1 stay. Cost: O(box) + O(nodes). Refuses fields of other
     dimensions.
@@ -68,7 +69,28 @@ def _give(part: Array, start: NDArray[np.int64], blocks: Blocks, level: int, val
     """What a box holds to the blocks of a level; zero to those beside it."""
     own = blocks.of(level)
     if own.stop > own.start:
+        part = _folded(part, blocks, level)
         values[own] = np.pad(part, 1)[_inside(blocks, own, level, part.shape, start)]
+
+
+def _folded(part: Array, blocks: Blocks, level: int) -> Array:
+    """A box no longer than the periods of a level: what goes round more than once is added up."""
+    mesh = blocks.mesh
+    for axis, wraps in enumerate(mesh.grid.periodic):
+        period = mesh.counts(level)[axis] * mesh.block
+        if wraps and part.shape[axis] > period:
+            part = _wound(part, axis, period)
+    return part
+
+
+def _wound(part: Array, axis: int, period: int) -> Array:
+    """Sum of the stretches of one period along an axis, the first one first."""
+    stretches = np.moveaxis(part, axis, 0)
+    result = stretches[:period].copy()
+    for first in range(period, len(stretches), period):
+        more = stretches[first : first + period]
+        result[: len(more)] += more
+    return np.moveaxis(result, 0, axis)
 
 
 def _inside(
