@@ -135,7 +135,7 @@ def main() -> None:
     parser.add_argument("--nodes", type=int, default=1024, help="of the finest mesh along an axis")
     parser.add_argument("--levels", type=int, default=5)
     parser.add_argument("--tolerance", type=float, default=1e-4)
-    parser.add_argument("--refinement", type=float, default=8e-4)
+    parser.add_argument("--refinement", type=float, default=16e-4)
     parser.add_argument("--block", type=int, default=16)
     parser.add_argument("--kernel", default="L6,4")
     parser.add_argument("--deformation", type=float, default=0.1)

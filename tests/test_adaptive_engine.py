@@ -373,7 +373,7 @@ IN_SPACE = AdaptiveMesh(grid=Grid((32,) * 3, 0.1), levels=1)
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"grid": IN_SPACE}, "needs a 2-D grid or adaptive mesh"),
+        ({"grid": IN_SPACE}, "needs a 2-D grid, uniform or adaptive"),
         ({"remeshing": "distorted"}, "remeshed at every step"),
         ({"domain": "follow"}, "does not follow the vorticity"),
         ({"window": Window(lower=(3, 3), upper=(9, 3))}, "lies around bodies"),
@@ -425,3 +425,33 @@ def test_steps_that_tear_the_particles_apart_are_refused():
 def test_interfaces_go_with_uniform_flows_only():
     with pytest.raises(InputError, match="this one is adaptive"):
         Carrier(flow=VortexFlow(grid=MESH))
+
+
+def test_a_state_of_another_mesh_is_refused():
+    grid = square(128, 8.0)
+    mesh = AdaptiveMesh(grid=grid, levels=2)
+    flows = VortexFlow(grid=grid), VortexFlow(grid=mesh)
+    states = [flow.start(vorticity=two_vortices) for flow in flows]
+    with pytest.raises(InputError, match="steps a State, got a AdaptiveState"):
+        flows[0].step(states[1], 0.01)
+    with pytest.raises(InputError, match="steps a AdaptiveState, got a State"):
+        flows[1].limit(states[0])
+    other = VortexFlow(grid=replace(mesh, tolerance=1e-2))
+    with pytest.raises(InputError, match="differs from the flow's in tolerance"):
+        other.step(states[1], 0.01)
+
+
+def test_vorticity_that_begins_at_the_end_of_the_mesh_is_refused_at_once():
+    grid = square(128, 8.0)
+    flow = VortexFlow(grid=AdaptiveMesh(grid=grid, levels=2))
+    with pytest.raises(InputError, match="within 3 nodes of the coarsest level") as told:
+        flow.start(vorticity=lambda x: two_vortices([x[0] - 2.8, x[1]]))
+    assert "fewer levels" in str(told.value)
+
+
+def test_costly_force_routes_are_refused_on_adaptive_meshes():
+    grid = square(128, 8.0)
+    flow = VortexFlow(grid=AdaptiveMesh(grid=grid, levels=2))
+    state = flow.start(vorticity=two_vortices)
+    with pytest.raises(InputError, match="need a uniform grid"):
+        flow.routes(state, state)

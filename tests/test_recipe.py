@@ -80,7 +80,7 @@ def test_a_kernel_of_ones_own_is_as_good_as_a_name():
         ({"deformation": "small"}, "deformation must be a number"),
         ({"radius": "wide"}, "radius must be a number"),
         ({"threads": 0}, "threads must be"),
-        ({"grid": THICK}, "needs a 2-D grid or adaptive mesh"),
+        ({"grid": THICK}, "needs a 2-D grid, uniform or adaptive"),
         ({"grid": MESH, "remeshing": "distorted"}, "remeshed at every step"),
         ({"grid": MESH, "domain": "follow"}, "does not follow the vorticity"),
         ({"grid": MESH, "bodies": [DISK], "window": WINDOW}, "a window is for uniform grids"),

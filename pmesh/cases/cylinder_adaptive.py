@@ -27,6 +27,7 @@ NODES = {550.0: 112, 3000.0: 272, 9500.0: 512}  # per diameter
 BOX = ((-4.0, 12.0), (-4.0, 4.0))  # that the coarsest level covers, at least [R]
 FULL = 256  # nodes per diameter from which on few nodes are asked for
 SHARE = 0.04  # of the nodes of the finest grid, at most
+CLEAR = 0.4  # coarsest spacing at most [R]: its nodes at the ends must stay clear of vorticity
 ROOT = 32  # nodes of the coarsest level across the box, at least
 
 
@@ -40,6 +41,9 @@ class CylinderAdaptive(Cylinder):
 
     nodes: int | None = option(
         None, "finest mesh nodes per diameter; 112, 272, 512 at Re = 550, 3000, 9500 if not given"
+    )
+    tolerance: float = option(
+        1e-6, "slip residual of the penalisation; the mesh has --mesh-tolerance", unit="U"
     )
     mesh_tolerance: float = option(
         3e-4, "details below it are let go, relative to the largest vorticity"
@@ -55,7 +59,9 @@ class CylinderAdaptive(Cylinder):
         """Refuse what is outside the case."""
         super().__post_init__()
         self.require(0 < self.mesh_tolerance < 1, "mesh_tolerance", "between 0 and 1")
-        self.require(self.levels is None or self.levels >= 1, "levels", "at least 1", "--levels 4")
+        most = math.floor(math.log2(CLEAR / self.spacing))
+        held = self.levels is None or 1 <= self.levels <= most
+        self.require(held, "levels", f"from 1 to {most}", f"--levels {most}")
 
     @property
     def spacing(self) -> float:
@@ -70,7 +76,8 @@ class CylinderAdaptive(Cylinder):
         levels = self.levels or max(1, math.floor(math.log2(min(sides) / self.spacing / ROOT)))
         unit = 16 * 2**levels
         shape = tuple(unit * math.ceil(side / self.spacing / unit) for side in sides)
-        origin = tuple((0.5 + round(low / self.spacing)) * self.spacing for low, _ in BOX)
+        first = round(BOX[0][0] / self.spacing), -shape[1] // 2  # the wake in the middle
+        origin = tuple((0.5 + n) * self.spacing for n in first)
         grid = Grid(shape, self.spacing, origin)
         return AdaptiveMesh(grid=grid, levels=levels, tolerance=self.mesh_tolerance)
 

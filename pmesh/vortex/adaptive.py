@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -23,7 +23,7 @@ from pmesh.vortex.loads import inertia_force
 from pmesh.vortex.passage import Passage, foresee
 from pmesh.vortex.recipe import checked_vorticity
 from pmesh.vortex.skin import hull, skin, smoothed
-from pmesh.vortex.state import AdaptiveState
+from pmesh.vortex.state import AdaptiveState, FlowState
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
 from remesh.multires.adapt import adapt
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow
 
 Array = NDArray[np.floating[Any]]
+ROOM = "a larger grid, fewer levels, or domain='fixed' to let it leave"
 FAR = 12  # reach of the velocity's corrections past bodies, whose vorticity is as sharp as can be
 
 
@@ -57,6 +58,21 @@ class Moved(NamedTuple):
 
 class AdaptiveEngine(Engine[AdaptiveState]):
     """Steps of a vortex flow on an adaptive mesh: see `VortexFlow`."""
+
+    kind = AdaptiveState
+
+    def check(self, state: FlowState) -> None:
+        """Refuse a state of another kind of mesh, or of another adaptive mesh."""
+        super().check(state)
+        assert isinstance(state, AdaptiveState)
+        own, other = self.mesh, state.blocks.mesh
+        if own != other:
+            names = [part.name for part in fields(own)
+                     if getattr(own, part.name) != getattr(other, part.name)]  # fmt: skip
+            raise InputError(
+                f"the state's mesh differs from the flow's in {', '.join(names)}",
+                hint="the mesh that the run began with, or flow.start(...)",
+            )
 
     @property
     def mesh(self) -> AdaptiveMesh:
@@ -82,6 +98,9 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         )  # fmt: skip
         values = values.astype(flow.dtype, copy=False)
         state = self._adapted(state, blocks, values, self._skin(poses))
+        leaving = self._leaving(state)
+        if leaving and flow.domain != "fixed":
+            raise InputError(self._told(leaving), hint=ROOM)
         if flow.bodies:
             wall = self._wall(poses, poses, 0.0)
             velocity = self._cut(self.velocity(state), state.blocks, wall)
@@ -221,9 +240,13 @@ class AdaptiveEngine(Engine[AdaptiveState]):
 
     def _pushed(self, before: AdaptiveState, after: AdaptiveState, dt: float) -> AdaptiveState:
         """The state with the force that its vorticity's impulse tells; refuses what leaves."""
-        self._check_room(after)
+        leaving = self._leaving(after)
+        if leaving and self.flow.domain != "fixed":
+            raise BlowUpError(self._told(leaving), hint=ROOM)
         if not self.flow.bodies:
             return after
+        if leaving:
+            return replace(after, impulse_force=(math.nan, math.nan))
         old, grid = self._coarsest(before)
         new, _ = self._coarsest(after)
         force = ledger.impulse_force((old, new), grid, dt, self.flow.freestream, (None, None))
@@ -310,20 +333,23 @@ class AdaptiveEngine(Engine[AdaptiveState]):
         """The vorticity of the coarsest level, with the moments of all, on a grid."""
         return to_uniform(state.vorticity, state.blocks, 0), self.mesh.level_grid(0)
 
-    def _check_room(self, state: AdaptiveState) -> None:
-        """Refuse vorticity that has reached the end of the mesh, unless it may leave."""
-        if self.flow.domain == "fixed" or all(self.mesh.grid.periodic):
-            return
+    def _told(self, leaving: list[int]) -> str:
+        """What is wrong with vorticity at the ends of some axes."""
+        return (
+            f"vorticity has reached the end of the adaptive mesh along axis {leaving[0]}: it comes "
+            f"within {EDGE} nodes of the coarsest level ({EDGE * self.mesh.spacing(0):.3g})"
+        )
+
+    def _leaving(self, state: AdaptiveState) -> list[int]:
+        """Axes at whose unbounded ends vorticity is about to leave."""
         size = np.abs(self._coarsest(state)[0])
-        floor = max(SIGNIFICANT, state.tolerance) * float(size.max())
+        floor = max(SIGNIFICANT, state.tolerance) * float(np.abs(state.vorticity).max())
+        found = []
         for axis, wraps in enumerate(self.mesh.grid.periodic):
             ends = np.take(size, [*range(EDGE), *range(-EDGE, 0)], axis=axis)
             if not wraps and (ends > floor).any():
-                raise BlowUpError(
-                    f"vorticity has reached the end of the adaptive mesh along axis {axis}, which "
-                    "does not grow",
-                    hint="a larger grid (coarse nodes are few), or domain='fixed' to let it leave",
-                )
+                found.append(axis)
+        return found
 
 
 def _started(vorticity: Array | Callable[[Array], Array] | None, flow: VortexFlow) -> Any:

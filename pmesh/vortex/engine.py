@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from pmesh.spectral.velocity import VelocitySolver
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.solvers import solver_for
 from pmesh.vortex.state import FlowState, Load
+from remesh.errors import InputError
 from remesh.grid import Grid
 
 if TYPE_CHECKING:
@@ -30,8 +31,18 @@ LEE = 0.1  # of the largest speed: bodies are held to that where they feel less 
 class Engine(ABC, Generic[S]):
     """The start and the step of a vortex flow, and what can be read from its states."""
 
+    kind: ClassVar[type[FlowState]]  # of its states
+
     def __init__(self, flow: VortexFlow) -> None:
         self.flow = flow
+
+    def check(self, state: FlowState) -> None:
+        """Refuse a state of another kind of mesh."""
+        if not isinstance(state, self.kind):
+            raise InputError(
+                f"the flow steps a {self.kind.__name__}, got a {type(state).__name__}",
+                hint="the mesh that the state was made on, or flow.start(...)",
+            )
 
     @abstractmethod
     def start(self, vorticity: Array | Callable[[Array], Array] | None) -> S:

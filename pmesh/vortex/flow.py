@@ -24,6 +24,7 @@ from pmesh.vortex.recipe import validate
 from pmesh.vortex.routes import route_names, routes
 from pmesh.vortex.state import FlowState, State
 from pmesh.vortex.window import Window
+from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel
 from remesh.limit import Limit, check_step, tightest
@@ -49,6 +50,11 @@ class VortexFlow:
     round-off, as does the linear impulse without bodies; "distorted" particles that feel viscosity
     keep them to 1e-6, and to 0.4 % of what leaves. Refuses a 3-D grid, a negative viscosity, bodies
     that do not fit or overlap; a body that leaves a fixed mesh is a BlowUpError.
+
+    On a `remesh.AdaptiveMesh` each level is carried so, with its own spacing, and fields and
+    velocities are on blocks. The velocity is right to the mesh's tolerance, the spread of order 8
+    and more in the spacing; adaptation keeps the moments, particles that pass from level to level
+    lose some per cent of the tolerance in a step. The box does not grow; its coarse part is cheap.
     """
 
     grid: Grid | AdaptiveMesh  # the mesh at the start
@@ -100,6 +106,7 @@ class VortexFlow:
 
     def step(self, state: Any, dt: float) -> Any:
         """The state one step of dt [T] later; refuses a dt that is not positive and finite."""
+        self.engine.check(state)
         return self.engine.step(state, check_step(dt))
 
     def limit(self, state: FlowState) -> Limit:
@@ -111,13 +118,14 @@ class VortexFlow:
         falling body drops less than a quarter of a spacing from rest, a spring swings less than
         half a radian; "largest_step": the user's own bound.
         """
+        self.engine.check(state)
         limits = [Limit(ratio(self.deformation, state.gradient), "deformation")]
         limits += body_limits(self.bodies, state, self.viscosity)
         limits.append(Limit(self.largest_step, "largest_step"))
         return tightest(*limits)
 
     def velocity(self, state: Any) -> Array:
-        """Velocity on the nodes, free stream included, shape (2, *grid.shape) [L/T]."""
+        """Velocity on the nodes or blocks, free stream included, (2, *vorticity.shape) [L/T]."""
         return self.engine.velocity(state)
 
     def ledger(self, state: Any) -> Mapping[str, float]:
@@ -145,7 +153,15 @@ class VortexFlow:
         return columns | {"slip_iterations": float(held.iterations)}
 
     def routes(self, before: State, after: State) -> Mapping[str, float]:
-        """Forces and torques over the step between two states by two more routes: see `routes`."""
+        """Forces and torques over the step between two states by two more routes: see `routes`.
+
+        Refuses adaptive meshes.
+        """
+        if isinstance(self.grid, AdaptiveMesh):
+            raise InputError(
+                "control volumes and traction need a uniform grid, the mesh is adaptive",
+                hint="pmesh.Forces() without routes, or a Grid",
+            )
         return routes(self, before, after)
 
     @property

@@ -15,6 +15,7 @@ from pmesh.bodies.forcing import DirectForcing
 from pmesh.bodies.mask import MARGIN, box_around
 from pmesh.bodies.penalise import Penalisation
 from pmesh.bodies.pose import Pose
+from pmesh.spectral.corrections import AdaptiveSolver
 from pmesh.spectral.symbols import Greens
 from pmesh.vortex.window import Window
 from remesh.errors import InputError, as_number
@@ -37,7 +38,7 @@ def validate(flow: VortexFlow) -> None:
     """Refuse parameters of a flow that cannot run; lists become tuples."""
     if not isinstance(flow.grid, Grid | AdaptiveMesh) or flow.grid.ndim != 2:
         raise InputError(
-            f"VortexFlow needs a 2-D grid or adaptive mesh, got {flow.grid!r}",
+            f"VortexFlow needs a 2-D grid, uniform or adaptive, got {flow.grid!r}",
             hint="Grid((256, 128), 1/64)",
         )
     object.__setattr__(flow, "freestream", _vector(flow.freestream, flow.grid.ndim))
@@ -79,6 +80,8 @@ def validate(flow: VortexFlow) -> None:
 
 def _check_adaptive(flow: VortexFlow) -> None:
     """Refuse what an adaptive mesh cannot do."""
+    assert isinstance(flow.grid, AdaptiveMesh)
+    AdaptiveSolver(flow.grid, order=flow.order, radius=flow.radius)
     if flow.remeshing != "always":
         raise InputError(
             f"on an adaptive mesh particles are remeshed at every step, got remeshing="

@@ -39,6 +39,8 @@ FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
 class UniformEngine(Engine[State]):
     """Steps of a vortex flow on one uniform mesh: see `VortexFlow`."""
 
+    kind = State
+
     def start(self, vorticity: Array | Callable[[Array], Array] | None) -> State:
         """See `VortexFlow.start`."""
         values = checked_vorticity(vorticity, self.flow.lattice, np.dtype(self.flow.dtype))
