@@ -26,6 +26,14 @@ def as_number(name: str, value: object, *, hint: str | None = None) -> float:
         raise InputError(f"{name} must be a number, got {value!r}", hint=hint) from error
 
 
+def as_whole(name: str, value: object, *, least: int, hint: str | None = None) -> int:
+    """The value as an int; refuses what is no whole number, booleans, and less than ``least``."""
+    number = as_number(name, value, hint=hint)
+    if isinstance(value, bool) or not number.is_integer() or number < least:
+        raise InputError(f"{name} must be a whole number >= {least}, got {value}", hint=hint)
+    return int(number)
+
+
 class BlowUpError(PmeshError, ArithmeticError):
     """A running computation broke; ``kept`` says where the last good state is."""
 

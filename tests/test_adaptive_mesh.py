@@ -1,5 +1,6 @@
 """The adaptive mesh as a recipe: its levels, and what it refuses."""
 
+import numpy as np
 import pytest
 
 from remesh.errors import InputError
@@ -49,8 +50,29 @@ def test_details_are_refined_at_four_times_the_tolerance_unless_told():
         ({"levels": 4}, "need multiples of 128"),
         ({"wavelet": "3.3"}, "unknown wavelet"),
         ({"most_blocks": 7}, "most_blocks must be at least 8"),
+        ({"most_blocks": 100.5}, "most_blocks must be a whole number"),
+        ({"most_blocks": "9"}, "most_blocks must be a number, got '9'"),
+        ({"levels": True}, "levels must be a whole number"),
+        ({"levels": float("nan")}, "levels must be a whole number"),
+        ({"levels": float("inf")}, "levels must be a whole number"),
+        ({"levels": None}, "levels must be a number, got None"),
+        ({"block": [16]}, "block must be a number"),
+        ({"grid": (64, 64)}, r"grid must be a Grid, the finest, got \(64, 64\)"),
     ],
 )
 def test_meshes_that_cannot_be_are_refused(changes, said):
     with pytest.raises(InputError, match=said):
         mesh(**changes)
+
+
+def test_whole_numbers_of_other_types_are_held_as_int():
+    found = mesh(levels=2.0, block=np.float64(8), most_blocks=np.int32(20))
+    assert found == mesh(most_blocks=20)
+    assert [type(n) for n in (found.levels, found.block, found.most_blocks)] == [int] * 3
+
+
+def test_a_level_is_one_of_the_mesh_and_the_finest_if_none_is_asked_for():
+    assert [mesh().checked_level(level) for level in (None, 0, 1.0)] == [2, 0, 1]
+    for level in (-1, 3, 0.5, float("nan"), "fine", True):
+        with pytest.raises(InputError, match="level must be a"):
+            mesh().checked_level(level)

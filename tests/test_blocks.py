@@ -178,3 +178,17 @@ def test_places_for_more_levels_than_there_are_are_refused():
     none = np.empty((0, 2), np.int64)
     with pytest.raises(InputError, match="levels 0 to 3"):
         Blocks.around(MESHES[0], [none] * 5)
+
+
+@meshes
+def test_places_of_another_number_of_axes_are_refused(mesh):
+    for wrong in ((3, mesh.ndim + 1), (mesh.ndim,), (2, 2, mesh.ndim)):
+        with pytest.raises(InputError, match=r"places of blocks must have shape"):
+            Blocks.around(mesh, [np.zeros(wrong, int)])
+
+
+@meshes
+def test_each_block_knows_the_spacing_of_its_level(mesh):
+    blocks = Blocks.around(mesh, scattered(mesh))
+    for level in range(mesh.levels + 1):
+        assert (blocks.spacings[blocks.of(level)] == mesh.spacing(level)).all()

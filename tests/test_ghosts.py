@@ -144,3 +144,5 @@ def test_what_has_no_ghosts_is_refused():
             padded(noise(blocks), blocks, width)
     with pytest.raises(InputError, match="order must be one of"):
         padded(noise(blocks), blocks, 2, order=3)
+    with pytest.raises(InputError, match="values must be real numbers, got complex128"):
+        padded(1j * noise(blocks), blocks, 2)

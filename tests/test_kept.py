@@ -49,3 +49,22 @@ def test_a_field_that_was_not_split_is_refused():
     packed = compress(bump(grid), grid, tolerance=1e-2, levels=0)
     with pytest.raises(InputError, match="not split into levels"):
         kept_blocks(packed)
+
+
+def test_a_periodic_axis_stays_so_where_it_is_a_whole_number_of_blocks():
+    grid = Grid((128, 120), 1 / 128, boundary="periodic")
+    blocks = kept_blocks(compress(bump(grid), grid, tolerance=1e-3), block=8)
+    assert blocks.mesh.grid.shape == (128, 128)
+    assert blocks.mesh.grid.boundary == ("periodic", "unbounded")
+
+
+def test_the_balance_crosses_a_seam():
+    grid = Grid((128, 128), 1 / 128, boundary="periodic")
+    x, y = grid.points()
+    spike = np.exp(-((x + 1 / 256) ** 2 + (y - 0.5) ** 2) / 0.01**2)
+    blocks = kept_blocks(compress(spike, grid, tolerance=1e-3), block=8)
+    fine = blocks.places[blocks.of(blocks.finest)]
+    beyond = (fine[fine[:, 0] == 0] - (1, 0)) // 2  # the coarser block on the other side
+    assert len(beyond)
+    assert (blocks.numbers_of(blocks.finest - 1, beyond) >= 0).all()
+    assert (beyond[:, 0] == -1).all()

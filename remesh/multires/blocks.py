@@ -108,6 +108,12 @@ class Blocks:
         return np.repeat(np.arange(self.mesh.levels + 1, dtype=np.int8), np.diff(self.starts))
 
     @cached_property
+    def spacings(self) -> NDArray[np.float64]:
+        """Spacing of each block [L]."""
+        mesh = self.mesh
+        return mesh.grid.spacing * 2.0 ** (mesh.levels - self.levels.astype(np.float64))
+
+    @cached_property
     def finest(self) -> int:
         """The finest level that has blocks."""
         return int(self.levels[-1])
@@ -179,10 +185,9 @@ class Blocks:
     def axes(self) -> tuple[NDArray[np.float64], ...]:
         """Where the nodes of each block are along each axis (n, block) [L]."""
         mesh = self.mesh
-        spacing = mesh.grid.spacing * 2.0 ** (mesh.levels - self.levels.astype(np.float64))
         local = np.arange(mesh.block)
         return tuple(
-            start + spacing[:, None] * (place[:, None] * mesh.block + local)
+            start + self.spacings[:, None] * (place[:, None] * mesh.block + local)
             for start, place in zip(mesh.grid.origin, self.places.T, strict=True)
         )
 
@@ -217,11 +222,6 @@ class Blocks:
         return links
 
 
-def corners(ndim: int) -> list[tuple[int, ...]]:
-    """The 3^ndim steps to a block's neighbours and itself, in C order."""
-    return list(product((-1, 0, 1), repeat=ndim))
-
-
 def _wrapped(mesh: AdaptiveMesh, level: int, places: Places) -> Places:
     """Places with periodic axes wrapped."""
     counts = np.where(mesh.grid.periodic, mesh.counts(level), np.iinfo(np.int64).max)
@@ -238,8 +238,15 @@ def keys_of(mesh: AdaptiveMesh, wanted: Sequence[Places]) -> NDArray[np.int64]:
         )
     offsets = layout(mesh)[2]
     found = [np.empty(0, np.int64)]
-    for level, places in enumerate(wanted):
-        some = _keys(mesh, level, np.asarray(places, np.int64))
+    for level, given in enumerate(wanted):
+        places = np.asarray(given, np.int64)
+        if places.ndim != 2 or places.shape[1] != mesh.ndim:
+            raise InputError(
+                f"places of blocks must have shape (n, {mesh.ndim}), got {places.shape} for level "
+                f"{level}",
+                hint=f"np.empty((0, {mesh.ndim}), int) where there are none",
+            )
+        some = _keys(mesh, level, places)
         found.append(some[some >= 0] + offsets[level])
     return np.concatenate(found)
 

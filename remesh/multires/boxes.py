@@ -26,11 +26,11 @@ def leaf_boxes(blocks: Blocks) -> Boxes:
     tile the domain of ``grid.shape * spacing`` once. O(blocks).
     """
     mesh = blocks.mesh
-    spacing = mesh.grid.spacing * 2.0 ** (mesh.levels - blocks.levels.astype(np.float64))
-    corner = np.array(mesh.grid.origin) + blocks.places * mesh.block * spacing[:, None]
+    edge = mesh.block * blocks.spacings[:, None]
+    corner = np.array(mesh.grid.origin) + blocks.places * edge
     free = blocks.children == ABSENT
     whole = free.all(axis=1)
-    size = np.broadcast_to((mesh.block * spacing)[:, None], corner.shape)
+    size = np.broadcast_to(edge, corner.shape)
     level, low, high = [blocks.levels[whole]], [corner[whole]], [(corner + size)[whole]]
     for k, quadrant in enumerate(product((0, 1), repeat=mesh.ndim)):
         some = free[:, k] & ~whole

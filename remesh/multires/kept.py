@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from remesh.errors import InputError
@@ -15,8 +17,9 @@ def kept_blocks(compressed: Compressed, *, block: int | None = None) -> Blocks:
     """Blocks of ``block`` nodes under all details that were kept, level by level.
 
     Their mesh begins where the field's does and reaches as far or farther: to whole blocks of its
-    coarsest level. ``block``: by default the largest of 8, 16 and 32 of which 64 fit along the
-    shortest axis, or 8. O(coefficients).
+    coarsest level. A periodic axis stays so, and the balance crosses its seam, where it is a whole
+    number of these; one that was lengthened is unbounded. ``block``: by default the largest of 8,
+    16 and 32 of which 64 fit along the shortest axis, or 8. O(coefficients).
     """
     grid, depth = compressed.grid, compressed.depth
     if depth < 1:
@@ -26,8 +29,10 @@ def kept_blocks(compressed: Compressed, *, block: int | None = None) -> Blocks:
     levels = int(np.clip(np.log2(max(shortest / size, 1.0)), 1, depth))
     unit = size * 2**levels
     shape = [-(-n // unit) * unit for n in grid.shape]
+    ends = zip(grid.boundary, shape, grid.shape, strict=True)
+    boundary: Any = [end if n == given else "unbounded" for end, n, given in ends]
     mesh = AdaptiveMesh(
-        grid=Grid(shape, grid.spacing, grid.origin),
+        grid=Grid(shape, grid.spacing, grid.origin, boundary),
         levels=levels,
         tolerance=compressed.tolerance,
         wavelet=compressed.wavelet,

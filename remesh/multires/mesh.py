@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from remesh.errors import InputError, as_number
+from remesh.errors import InputError, as_number, as_whole
 from remesh.grid import Grid
 from remesh.multires.wavelets import Wavelet, get_wavelet
 
@@ -34,8 +34,43 @@ class AdaptiveMesh:
     most_blocks: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be refined or coarsened."""
+        """Refuse what cannot be refined or coarsened; hold whole numbers as int."""
+        if not isinstance(self.grid, Grid):
+            raise InputError(
+                f"grid must be a Grid, the finest, got {self.grid!r:.60}",
+                hint="remesh.Grid((1024, 1024), 1/1024)",
+            )
         get_wavelet(self.wavelet)
+        self._check_thresholds()
+        self._hold("levels", as_whole("levels", self.levels, least=1, hint="levels=4"))
+        self._hold("block", as_whole("block", self.block, least=1, hint="block=16"))
+        if self.block not in SIZES:
+            raise InputError(f"block must be one of {SIZES}, got {self.block}", hint="block=16")
+        unit = self.block * 2**self.levels
+        if any(n % unit for n in self.grid.shape):
+            near = tuple(max(1, round(n / unit)) * unit for n in self.grid.shape)
+            raise InputError(
+                f"{self.levels} halvings into blocks of {self.block} nodes need multiples of "
+                f"{unit} nodes on each axis, got {self.grid.shape}",
+                hint=f"a grid of shape {near}, fewer levels, or smaller blocks",
+            )
+        if self.most_blocks is not None:
+            least, hint = math.prod(self.counts(0)), "more levels, or most_blocks=None"
+            most = as_whole("most_blocks", self.most_blocks, least=1, hint=hint)
+            if most < least:
+                raise InputError(
+                    f"most_blocks must be at least {least}, the number of blocks on the coarsest "
+                    f"level, got {most}",
+                    hint=hint,
+                )
+            self._hold("most_blocks", most)
+
+    def _hold(self, name: str, value: int) -> None:
+        """Take a number as it was checked."""
+        object.__setattr__(self, name, value)
+
+    def _check_thresholds(self) -> None:
+        """Refuse a tolerance that is none, and refinement below it."""
         tolerance = as_number("tolerance", self.tolerance, hint="tolerance=1e-3")
         if not 0 < tolerance < 1:
             raise InputError(
@@ -49,26 +84,6 @@ class AdaptiveMesh:
                     f"which blocks are coarsened again, got {finer}",
                     hint="refinement=None takes 4 times the tolerance",
                 )
-        if self.block not in SIZES:
-            raise InputError(f"block must be one of {SIZES}, got {self.block}", hint="block=16")
-        if isinstance(self.levels, bool) or int(self.levels) != self.levels or self.levels < 1:
-            raise InputError(
-                f"levels must be a whole number >= 1, got {self.levels}", hint="levels=4"
-            )
-        unit = self.block * 2**self.levels
-        if any(n % unit for n in self.grid.shape):
-            near = tuple(max(1, round(n / unit)) * unit for n in self.grid.shape)
-            raise InputError(
-                f"{self.levels} halvings into blocks of {self.block} nodes need multiples of "
-                f"{unit} nodes on each axis, got {self.grid.shape}",
-                hint=f"a grid of shape {near}, fewer levels, or smaller blocks",
-            )
-        if self.most_blocks is not None and self.most_blocks < math.prod(self.counts(0)):
-            raise InputError(
-                f"most_blocks must be at least {math.prod(self.counts(0))}, the number of blocks "
-                f"on the coarsest level, got {self.most_blocks}",
-                hint="more levels, or most_blocks=None",
-            )
 
     @property
     def ndim(self) -> int:
@@ -94,3 +109,15 @@ class AdaptiveMesh:
         """The uniform grid of a level, over the whole domain."""
         shape = tuple(n * self.block for n in self.counts(level))
         return Grid(shape, self.spacing(level), self.grid.origin, self.grid.boundary)
+
+    def checked_level(self, level: int | None) -> int:
+        """The level that is asked for, the finest for None; refuses what is none of the mesh."""
+        if level is None:
+            return self.levels
+        hint = "level=None takes the finest"
+        asked = as_whole("level", level, least=0, hint=hint)
+        if asked > self.levels:
+            raise InputError(
+                f"level must be a whole number from 0 to {self.levels}, got {level}", hint=hint
+            )
+        return asked

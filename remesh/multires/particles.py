@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from remesh.errors import InputError
 from remesh.kernels import Kernel, get_kernel, table
 from remesh.layout import FAR, precision
-from remesh.multires.blocks import Blocks
+from remesh.multires.blocks import Blocks, layout
 from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
@@ -20,6 +20,10 @@ def check_displacement(displacement: Array, blocks: Blocks) -> Array:
     """The displacement as an array; refuses any shape but ``(ndim, *blocks.shape)``."""
     moves = np.asarray(displacement)
     wanted = (blocks.mesh.ndim, *blocks.shape)
+    if moves.dtype.kind not in "fiub":
+        raise InputError(
+            f"displacement must be real numbers, got {moves.dtype}", hint="its real part"
+        )
     if moves.shape != wanted:
         raise InputError(
             f"displacement must have shape {wanted}, got {moves.shape}",
@@ -47,19 +51,18 @@ def first_places(blocks: Blocks) -> NDArray[np.int64]:
 
 def block_counts(mesh: AdaptiveMesh) -> NDArray[np.int64]:
     """Number of blocks along the three axes if a level covered the domain, (levels + 1, 3)."""
-    return np.array([as_three(mesh.counts(level), 1) for level in range(mesh.levels + 1)])
+    counts = layout(mesh)[0]
+    return as_three(tuple(counts.T), np.ones(len(counts), np.int64)).T.copy()
 
 
 def key_offsets(mesh: AdaptiveMesh) -> NDArray[np.int64]:
     """What the keys of blocks of each level begin with, see `Blocks.table`."""
-    return np.concatenate([[0], np.cumsum(block_counts(mesh).prod(axis=1))])
+    return layout(mesh)[2]
 
 
 def inverse_spacings(blocks: Blocks, dtype: np.dtype[Any]) -> Array:
     """One over the spacing of each block [1/L]."""
-    mesh = blocks.mesh
-    halvings = blocks.levels.astype(np.float64) - mesh.levels
-    return (2.0**halvings / mesh.grid.spacing).astype(dtype)
+    return (1.0 / blocks.spacings).astype(dtype)
 
 
 def tables(kernel: str | Kernel, ndim: int, dtype: np.dtype[Any]) -> tuple[Any, ...]:
