@@ -51,6 +51,23 @@ def test_a_gaussian_widens_as_it_must_to_eighth_order(ndim, boundary):
     assert np.log2(errors[0] / errors[1]) > 7.5
 
 
+@pytest.mark.parametrize(("ndim", "nodes", "width"), [(2, 256, 0.08), (3, 64, 0.12)])
+def test_every_level_spreads_alike_where_it_is_the_finest(ndim, nodes, width):
+    """A Gaussian wider than the refined region: within 2 % of how much it changes on each level."""
+    levels = 2 if ndim == 2 else 1
+    blocks = nested(recipe(nodes, ndim, levels, "unbounded"), (0.5,) * ndim, 0.05)
+    variance = 1.9 / nodes**2
+    values = restricted(gaussian(blocks.points(), width), blocks)
+    found = spread(values, blocks, variance).values
+    exact = gaussian(blocks.points(), np.sqrt(width**2 + 2 * variance), width)
+    for level in range(levels + 1):
+        own = blocks.of(level)
+        active = blocks.leaves()[own]
+        change = np.abs(exact - gaussian(blocks.points(), width))[own][active].max()
+        error = np.abs(found - exact)[own][active].max()
+        assert error < 0.02 * change
+
+
 @pytest.mark.parametrize("variance", [0.3, 1.0, 1.9, 7.0])
 @pytest.mark.parametrize(("ndim", "nodes"), [(2, 256), (3, 128)])
 @pytest.mark.parametrize(("dtype", "tolerance"), [(np.float64, 4e-6), (np.float32, 6e-6)])
