@@ -123,6 +123,19 @@ def test_fields_tell_the_body_too(cylinder):
     assert np.hypot(*fields["velocity"])[inside].max() < 0.05
 
 
+@pytest.mark.parametrize("boundary", [("periodic", "unbounded"), ("unbounded", "periodic")])
+def test_in_a_periodic_channel_the_drag_is_that_of_the_uniform_flow(boundary):
+    mesh, rows = mesh_of(128, 64, 1 / 24), []
+    across = replace(mesh.grid, boundary=boundary)
+    for grid in (replace(mesh, grid=across), across):
+        flow = VortexFlow(grid=grid, viscosity=1 / 100, bodies=[DISK], freestream=(1.0, 0.0),
+                          domain="fixed")  # fmt: skip
+        rows.append(flow.forces(advance(flow, flow.start(), 0.02, 6)))
+    assert rows[1]["body0_force_x"] > 0.8
+    assert rows[0]["body0_force_x"] == pytest.approx(rows[1]["body0_force_x"], rel=0.01)
+    assert rows[0]["slip"] == pytest.approx(rows[1]["slip"], rel=0.05)
+
+
 # Bodies that move
 
 

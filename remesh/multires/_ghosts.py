@@ -184,14 +184,79 @@ def scratch(values, before, after, reach):
 
 
 @njit(cache=True, nogil=True)
-def pad(first, pieces, step, values, around, under, sides, weights, width, out):
-    """Each block with ``width`` ghosts on each side."""
+def at_end(around):
+    """Whether an unbounded end lies at a block: then a neighbour across a face is beyond it."""
+    middle, step, found = around.size // 2, 1, False
+    while step < around.size:
+        found |= around[middle - step] == OUTSIDE or around[middle + step] == OUTSIDE
+        step *= 3
+    return found
+
+
+@njit(cache=True, nogil=True)
+def extend(nodes, around, before, half):
+    """Go on beyond unbounded ends by cubics, one axis after the other.
+
+    ``nodes``: a lattice on which a block has the ``half`` nodes from ``before`` on along each axis.
+    """
+    middle = around.size // 2
+    low, high = before, before + half - 1
+    if nodes.shape[0] > 1:
+        go_on(nodes, low, high, around[middle - 9] == OUTSIDE, around[middle + 9] == OUTSIDE)
+    for plane in nodes:
+        go_on(plane, low, high, around[middle - 3] == OUTSIDE, around[middle + 3] == OUTSIDE)
+        turned = plane.T
+        go_on(turned, low, high, around[middle - 1] == OUTSIDE, around[middle + 1] == OUTSIDE)
+
+
+@njit(cache=True, nogil=True)
+def go_on(rows, low, high, below, above):
+    """Rows before ``low`` and after ``high`` by cubics through the four next to them."""
+    if below:
+        for i in range(low - 1, -1, -1):
+            rows[i] = 4 * (rows[i + 1] + rows[i + 3]) - 6 * rows[i + 2] - rows[i + 4]
+    if above:
+        for i in range(high + 1, rows.shape[0]):
+            rows[i] = 4 * (rows[i - 1] + rows[i - 3]) - 6 * rows[i - 2] - rows[i - 4]
+
+
+@njit(cache=True, nogil=True)
+def hold(box, around, width):
+    """The last nodes' values beyond unbounded ends, one axis after the other."""
+    middle = around.size // 2
+    if box.shape[0] > 1:
+        repeat(box, width, around[middle - 9] == OUTSIDE, around[middle + 9] == OUTSIDE)
+    for plane in box:
+        repeat(plane, width, around[middle - 3] == OUTSIDE, around[middle + 3] == OUTSIDE)
+        turned = plane.T
+        repeat(turned, width, around[middle - 1] == OUTSIDE, around[middle + 1] == OUTSIDE)
+
+
+@njit(cache=True, nogil=True)
+def repeat(rows, width, below, above):
+    """The first and the last row of a block again and again, ``width`` times."""
+    last = rows.shape[0] - width - 1
+    for i in range(width):
+        if below:
+            rows[i] = rows[width]
+        if above:
+            rows[last + 1 + i] = rows[last]
+
+
+@njit(cache=True, nogil=True)
+def pad(first, pieces, step, values, around, under, sides, weights, width, last, out):
+    """Each block with ``width`` ghosts on each side; ``last``: values go on beyond ends."""
     start, nodes, slab, plane = scratch(values[0], width, width, weights.size // 2)
     for n in range(first, pieces, step):
         jump = has_jump(around[n])
+        goes_on = last and at_end(around[n])
         for c in range(values.shape[0]):
             box = out[c, n]
             if jump:
                 lattice(values[c], values[c], around[n], under[n], sides[n], start, nodes)
+                if goes_on:
+                    extend(nodes, around[n], start, values.shape[4] // 2)
                 subdivide(nodes, start, (width, width, width), weights, slab, plane, box)
             copy(values[c], around[n], width, width, box, False)
+            if goes_on:
+                hold(box, around[n], width)

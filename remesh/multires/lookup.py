@@ -54,7 +54,7 @@ def sampled_at(
         raise InputError("blocks and source must be of one mesh", hint="blocks of one AdaptiveMesh")
     found = get_kernel(kernel)
     mesh = blocks.mesh
-    ghosts = padded(values, blocks, found.half_width, threads=threads)
+    ghosts = padded(values, blocks, found.half_width, outside="last", threads=threads)
     edge = ghosts.shape[-1]
     ghosts = ghosts.reshape(-1, blocks.size, edge, edge if mesh.ndim == 3 else 1, edge)
     result: Array = np.empty((*values.shape[: -len(blocks.shape)], *source.shape), values.dtype)

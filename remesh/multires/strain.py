@@ -39,7 +39,7 @@ def gradient_norm(velocity: Array, blocks: Blocks, *, threads: int | None = None
             f"got {np.shape(velocity)}",
             hint="one component per axis",
         )
-    ghosts = padded(velocity, blocks, _strain.GHOSTS, threads=threads)
+    ghosts = padded(velocity, blocks, _strain.GHOSTS, outside="last", threads=threads)
     edge = ghosts.shape[-1]
     ghosts = ghosts.reshape(-1, blocks.size, edge, edge if blocks.mesh.ndim == 3 else 1, edge)
     factors = inverse_spacings(blocks, ghosts.dtype) / ghosts.dtype.type(12)
