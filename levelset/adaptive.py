@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
+from levelset.given import check_state
 from levelset.interface import AdaptiveInterface, Interface
 from levelset.lookup import Lattice, places
 from levelset.profile import LEVEL, profile
@@ -48,6 +49,8 @@ class AdaptiveLevelSet(ParticleLevelSet):
     at 256^3. Refuses redistancing, to be carried without remeshing, and a cap on blocks.
     Source: Bergdorf & Koumoutsakos, Multiscale Model. Simul. 5 (2006) 980.
     """
+
+    kind: ClassVar[type[Interface]] = AdaptiveInterface
 
     def __post_init__(self) -> None:
         """Refuse settings that cannot be computed with."""
@@ -97,6 +100,7 @@ class AdaptiveLevelSet(ParticleLevelSet):
 
     def pyramid(self, state: Interface) -> Pyramid:
         """The level set on the bands of all levels: profile values [L], zero on the interface."""
+        check_state(state, self.kind, self.mesh)
         own = cast(AdaptiveInterface, state)
         parts = [own.of(level) for level in range(self.mesh.levels + 1)]
         if own.age == 0:

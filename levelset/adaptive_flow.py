@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from levelset.band import Band
 from levelset.curvature_flow import CurvatureFlow, CurvatureState, crossed
 from levelset.floors import Floor
-from levelset.given import check_grid, level_set, precision_asked
+from levelset.given import check_ends, check_grid, check_state, level_set, precision_asked
 from levelset.lookup import places
 from levelset.pyramid import Pyramid, to_uniform
 from levelset.pyramid_measures import pyramid_measures
@@ -77,16 +77,24 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
     use, their number grows with its root (`levelset.stages`): a mesh that has no need of its
     finest level takes longer steps. Of order 2 in dt, any is stable; order 4 in the spacing away
     from jumps. Cost: O(active nodes). Same bits for any number of threads. Edges of the coarsest
-    level are mirrors: a surface should stay some of its spacings off.
+    level are mirrors: refuses a surface within two of its spacings of them, and a cap on blocks.
     """
 
+    kind: ClassVar[type] = AdaptiveCurvatureState
+
     def _check_mesh(self) -> None:
-        """Refuse a mesh whose wavelets do not keep the order."""
+        """Refuse a cap on blocks, and a mesh whose wavelets do not keep the order."""
         check_grid(self.mesh.grid)
         if len(get_wavelet(self.mesh.wavelet).predict) != 4:
             raise InputError(
                 f"motion by curvature needs a wavelet of order 4, got {self.mesh.wavelet!r}",
                 hint="wavelet='4.4'",
+            )
+        if self.mesh.most_blocks is not None:
+            raise InputError(
+                f"a surface is kept in bands, not in blocks, got most_blocks="
+                f"{self.mesh.most_blocks}",
+                hint="AdaptiveMesh(..., most_blocks=None)",
             )
 
     @property
@@ -98,7 +106,8 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
         """The state at time 0, from a shape or from any phi on the nodes of the finest grid.
 
         A shape gives its distance where nodes are needed; an array is redistanced in the whole box.
-        Refuses a surface that no line of the coarsest mesh crosses, and a phi that is not finite.
+        Refuses a surface that no line of the coarsest mesh crosses, or that is close to the end of
+        an unbounded axis, and a phi that is not finite.
         """
         law, given = self._law(surface)
         mesh, ground = self.mesh, self.mesh.level_grid(0)
@@ -109,6 +118,7 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
                 "the surface does not pass through the coarsest level: phi has one sign there",
                 hint="a shape inside the grid, some coarse spacings thick, or fewer levels",
             )
+        check_ends(np.abs(values).reshape(ground.shape), ground)
         floors = [Floor(ground, nodes, values)]
         floors += [Floor(mesh.level_grid(level)) for level in range(1, mesh.levels + 1)]
         stack = Stack(mesh, floors, law, self.threads)
@@ -117,7 +127,8 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
 
     def step(self, state: CurvatureState, dt: float) -> CurvatureState:
         """The state dt [T] later, on the nodes that the surface needed before it."""
-        own, step = cast(AdaptiveCurvatureState, state), check_step(dt)
+        step = check_step(dt)
+        own = self._own(state)
         floors = [Floor(*band) for band in self.pyramid(state).bands]
         stack = Stack(self.mesh, floors, threads=self.threads)
         stack.move(step)
@@ -126,12 +137,12 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
 
     def limit(self, state: CurvatureState) -> Limit:
         """``stretch`` explicit steps of the finest level in use."""
-        h = self.mesh.spacing(cast(AdaptiveCurvatureState, state).finest)
+        h = self.mesh.spacing(self._own(state).finest)
         return Limit(self.stretch * h**2 / (2 * self.mesh.ndim), "curvature")
 
     def pyramid(self, state: CurvatureState) -> Pyramid:
         """The level set in bands of all levels."""
-        own = cast(AdaptiveCurvatureState, state)
+        own = self._own(state)
         parts = [own.of(level) for level in range(self.mesh.levels + 1)]
         return Pyramid(self.mesh, tuple(
             Band(self.mesh.level_grid(level), own.nodes[part], own.values[part])
@@ -145,7 +156,7 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
 
     def levels(self, state: CurvatureState, level: int | None = None) -> NDArray[np.uint8]:
         """The finest level that has nodes, on all nodes of a level; the finest by default."""
-        own = cast(AdaptiveCurvatureState, state)
+        own = self._own(state)
         asked = self.mesh.levels if level is None else level
         result = np.zeros(self.mesh.level_grid(asked).shape, np.uint8)
         for finer in range(1, self.mesh.levels + 1):
@@ -163,7 +174,7 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
 
     def ledger(self, state: CurvatureState) -> dict[str, float]:
         """``volume``, ``area``, least phi; nodes, active ones, how few, and how fine they are."""
-        own = cast(AdaptiveCurvatureState, state)
+        own = self._own(state)
         found = pyramid_measures(self.pyramid(state), threads=self.threads)
         return {
             "volume": found.volume,
@@ -179,6 +190,11 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
         """The level set and the levels in use, on all nodes of the finest grid."""
         levels: Array = np.asarray(self.levels(state), np.float32)
         return {"phi": self.to_uniform(state), "level": levels}
+
+    def _own(self, state: CurvatureState) -> AdaptiveCurvatureState:
+        """The state, checked: of this kind and mesh."""
+        check_state(state, self.kind, self.mesh)
+        return cast(AdaptiveCurvatureState, state)
 
     def _law(self, surface: Shape | Array) -> tuple[Callable[[Array], Array], Array]:
         """phi at places (n, ndim), and something of its precision."""

@@ -27,12 +27,12 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, Self, cast
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.given import check_grid, level_set, precision_asked
+from levelset.given import check_grid, check_state, level_set, precision_asked
 from levelset.quadrature import measures
 from levelset.redistancing import redistance
 from levelset.shape import Shape
@@ -72,6 +72,7 @@ class CurvatureFlow:
     grid: Grid | AdaptiveMesh
     stretch: float = 10.0  # largest dt over the explicit limit h^2/(2 ndim)
     threads: int | None = field(default=None, compare=False)
+    kind: ClassVar[type] = CurvatureState  # of its states
 
     def __new__(cls, **settings: Any) -> Self:
         """On an adaptive mesh the one whose nodes have several spacings."""
@@ -113,17 +114,20 @@ class CurvatureFlow:
 
     def step(self, state: CurvatureState, dt: float) -> CurvatureState:
         """The state dt [T] later."""
+        check_state(state, self.kind, self.grid)
         dt = check_step(dt)
         phi = curvature_step(state.phi, state.grid, dt, threads=self.threads)
         return replace(state, time=state.time + dt, step=state.step + 1, phi=phi)
 
     def limit(self, state: CurvatureState) -> Limit:
         """``stretch`` explicit steps."""
+        check_state(state, self.kind, self.grid)
         grid = state.grid
         return Limit(self.stretch * grid.spacing**2 / (2 * grid.ndim), "curvature")
 
     def ledger(self, state: CurvatureState) -> dict[str, float]:
         """``volume`` and ``area`` (2-D: area and length), zero once it vanished; least phi."""
+        check_state(state, self.kind, self.grid)
         found = measures(state.phi, state.grid, threads=self.threads)
         return {
             "volume": found.volume,

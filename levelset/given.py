@@ -1,7 +1,8 @@
-"""What a recipe of surfaces is given: its grid, its surface and its precision, checked."""
+"""What a recipe of surfaces is given, checked: its grid, surface, precision and states."""
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,10 @@ from levelset.shape import Shape
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.layout import precision
+from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
+EDGE = 2  # spacings that a surface must begin away from the end of an unbounded axis
 
 
 def check_grid(grid: Grid) -> None:
@@ -50,3 +53,33 @@ def precision_asked(dtype: Any, values: NDArray[Any]) -> np.dtype[Any]:
             f"dtype must be 'float32' or 'float64', got {dtype!r}", hint="dtype='float64'"
         )
     return np.dtype(name)
+
+
+def check_ends(distance: Array, grid: Grid) -> None:
+    """Refuse a distance [L] on the nodes that falls below ``EDGE`` spacings at an unbounded end."""
+    near = EDGE * grid.spacing
+    for axis in range(grid.ndim):
+        ends = np.take(distance, [0, -1], axis=axis)
+        if not grid.periodic[axis] and (ends < near).any():
+            raise InputError(
+                f"the shape comes within {EDGE} spacings ({near:.3g}) of the end of the "
+                f"box along axis {axis}",
+                hint="a larger box, or a finer mesh; phi is negative inside",
+            )
+
+
+def check_state(state: Any, kind: type, mesh: Grid | AdaptiveMesh) -> None:
+    """Refuse a state that is not of a kind, or that was made on another mesh."""
+    if type(state) is not kind:
+        raise InputError(
+            f"the flow steps states of kind {kind.__name__}, got {type(state).__name__}",
+            hint="the mesh that the state was made on, or flow.start(...)",
+        )
+    other: object = getattr(state, "mesh" if isinstance(mesh, AdaptiveMesh) else "grid")
+    if other != mesh:
+        names = [part.name for part in fields(mesh)
+                 if getattr(mesh, part.name) != getattr(other, part.name)]  # fmt: skip
+        raise InputError(
+            f"the state's mesh differs from the flow's in {', '.join(names)}",
+            hint="the mesh that the run began with, or flow.start(...)",
+        )

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Literal, Self, cast
+from typing import Any, ClassVar, Literal, Self, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
-from levelset.given import check_grid
+from levelset.given import check_ends, check_grid, check_state
 from levelset.interface import Interface
 from levelset.lookup import Lattice, around, places, remeshed
 from levelset.profile import LEVEL, distance_of, profile
@@ -32,7 +32,6 @@ from remesh.reconstruction import CUTOFF, reconstruct
 Array = NDArray[np.floating[Any]]
 Nodes = NDArray[np.int64]
 SHARES = np.linspace(0.0, 1.0, 9)  # of a step, at which its velocity gradient is asked for
-EDGE = 2  # spacings that an interface must stay away from the end of an unbounded axis
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,6 +62,7 @@ class ParticleLevelSet:
     largest_step: float = math.inf  # upper bound of dt [T]
     redistancing: int | None = None  # remeshings from one redistancing to the next
     threads: int | None = field(default=None, compare=False)
+    kind: ClassVar[type[Interface]] = Interface  # of its states
 
     def __new__(cls, **settings: Any) -> Self:
         """On an adaptive mesh the one that keeps particles of several spacings."""
@@ -154,6 +154,7 @@ class ParticleLevelSet:
 
     def step(self, state: Interface, dt: float) -> Interface:
         """The interface one step of dt [T] later."""
+        check_state(state, self.kind, self.grid)
         step, scheme, positions = check_step(dt), get_scheme(self.time_scheme), state.positions
         part = step / self.substeps
         for k in range(self.substeps):
@@ -185,6 +186,7 @@ class ParticleLevelSet:
 
     def band(self, state: Interface) -> Band:
         """The level set on the nodes near the interface: profile values [L], zero on it."""
+        check_state(state, self.kind, self.grid)
         if state.age == 0:
             return Band(self.finest, state.nodes, state.values.copy())
         return remeshed(
@@ -226,6 +228,7 @@ class ParticleLevelSet:
         A law that knows its ``max_gradient`` is asked for the whole step, others are measured at
         its start.
         """
+        check_state(state, self.kind, self.grid)
         known = getattr(self.velocity, "max_gradient", None)
         rate, allowed = state.gradient, self._allowed
         dt = allowed / rate if rate > 0 else math.inf
@@ -241,6 +244,7 @@ class ParticleLevelSet:
 
         Volume and area are NaN where particles not remeshed have left holes between them.
         """
+        check_state(state, self.kind, self.grid)
         try:
             inside, surface, _ = measures(self.band(state), threads=self.threads)
         except InputError:
@@ -345,15 +349,7 @@ class ParticleLevelSet:
         """Refuse distances on the box that are not finite, or an inside that touches its edge."""
         if not np.isfinite(distance).all():
             raise InputError("the distance is not finite everywhere", hint="check the shape")
-        near = EDGE * self.box.spacing
-        for axis in range(self.box.ndim):
-            ends = np.take(distance, [0, -1], axis=axis)
-            if not self.box.periodic[axis] and (ends < near).any():
-                raise InputError(
-                    f"the shape comes within {EDGE} spacings ({near:.3g}) of the end of the "
-                    f"box along axis {axis}",
-                    hint="a larger box, or a finer mesh; phi is negative inside",
-                )
+        check_ends(distance, self.box)
 
 
 def start_time(time: float) -> float:

@@ -27,7 +27,7 @@ def run(flow, state, until):
 
 
 def disk_star():
-    return Star(0.25, amplitude=0.3, arms=5)
+    return Star(0.24, amplitude=0.3, arms=5)  # two coarsest spacings from the ends
 
 
 def test_a_curvature_flow_on_an_adaptive_mesh_is_the_adaptive_one():
@@ -110,7 +110,7 @@ def test_the_mesh_follows_the_curve_and_is_coarse_once_it_is_round():
 def test_levels_are_told_where_their_nodes_are_and_nowhere_else(shown):
     grid = Grid((128, 64), 1 / 64, (-1.0, -0.5))
     flow = CurvatureFlow(grid=AdaptiveMesh(grid=grid, levels=2, tolerance=1e-2, block=8))
-    state = flow.start(Star(0.25, amplitude=0.4, arms=4, center=(0.4, 0.0)))
+    state = flow.start(Star(0.22, amplitude=0.4, arms=4, center=(0.4, 0.0)))
     told = flow.levels(state, shown)
     assert told.shape == flow.mesh.level_grid(shown).shape
     expected = np.zeros_like(told)
@@ -170,7 +170,7 @@ def test_threads_do_not_change_a_bit_and_a_step_keeps_its_argument(ndim):
 
 def test_a_run_goes_on_from_a_checkpoint_bit_for_bit(tmp_path):
     flow = CurvatureFlow(grid=mesh_of(3, 64))
-    state = flow.start(Sphere(0.2) | Sphere(0.15, center=(0.25, 0.0, 0.0)))
+    state = flow.start(Sphere(0.2) | Sphere(0.15, center=(0.15, 0.0, 0.0)))
     for _ in range(2):
         state = flow.step(state, flow.limit(state).dt)
     save(tmp_path / "state.h5", state)
@@ -214,3 +214,31 @@ def test_what_cannot_be_moved_is_refused():
         CurvatureFlow(grid=mesh_of(2, 64, wavelet="2.2"))
     with pytest.raises(InputError, match="stretch must be positive"):
         CurvatureFlow(grid=mesh_of(2, 64), stretch=0.0)
+    with pytest.raises(InputError, match="in bands, not in blocks, got most_blocks=400"):
+        CurvatureFlow(grid=mesh_of(2, 64, most_blocks=400))
+
+
+def test_a_surface_near_the_end_of_an_unbounded_axis_is_refused():
+    with pytest.raises(InputError, match=r"within 2 spacings .* end of the box along axis 0"):
+        CurvatureFlow(grid=mesh_of(2, 64)).start(Disk(0.45))
+    CurvatureFlow(grid=mesh_of(2, 64)).start(Disk(0.3))
+    hole = -Disk(0.3).distance(mesh_of(2, 64).grid.points())
+    CurvatureFlow(grid=mesh_of(2, 64)).start(hole)
+    CurvatureFlow(grid=mesh_of(2, 64, boundary="periodic")).start(Disk(0.45))
+
+
+def test_a_state_of_another_kind_or_mesh_is_refused():
+    adaptive = CurvatureFlow(grid=mesh_of(2, 64))
+    uniform = CurvatureFlow(grid=mesh_of(2, 64).grid)
+    state, told = adaptive.start(Disk(0.3)), uniform.start(Disk(0.3))
+    other = CurvatureFlow(grid=mesh_of(2, 64, levels=1))
+    finer = CurvatureFlow(grid=mesh_of(2, 128).grid)
+    for flow, given, words in (
+        (adaptive, told, "of kind AdaptiveCurvatureState, got CurvatureState"),
+        (uniform, state, "of kind CurvatureState, got AdaptiveCurvatureState"),
+        (other, state, "differs from the flow's in levels"),
+        (finer, told, "differs from the flow's in shape, spacing"),
+    ):
+        for ask in (flow.limit, flow.ledger, lambda given, flow=flow: flow.step(given, 1e-4)):
+            with pytest.raises(InputError, match=words):
+                ask(given)

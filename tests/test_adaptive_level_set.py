@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -275,6 +276,27 @@ def test_an_interface_at_the_end_of_an_unbounded_box_is_refused_by_the_coarsest_
         pmesh.run(flow, flow.start(Disk(0.15, center=(0.5, 0.5))), until=1.0, dt=0.05)
     with pytest.raises(InputError, match="is not rebuilt from its particles"):
         flow.rebuild(flow.start(Disk(0.15, center=(0.5, 0.5))), np.zeros((1, 2)))
+
+
+def test_a_state_of_another_kind_or_mesh_is_refused():
+    law = SingleVortex(period=8.0)
+    flows = [
+        ParticleLevelSet(grid=grid, velocity=law)
+        for grid in (mesh(64, 2), mesh(64, 1), Grid((64, 64), 1 / 64, boundary="periodic"),
+                     Grid((65, 65), 1 / 64))
+    ]  # fmt: skip
+    states = [flow.start(Disk(0.2, center=(0.5, 0.5))) for flow in flows]
+    said = {
+        (0, 1): "the state's mesh differs from the flow's in levels",
+        (0, 2): "of kind AdaptiveInterface, got Interface",
+        (2, 0): "of kind Interface, got AdaptiveInterface",
+        (2, 3): "the state's mesh differs from the flow's in shape, boundary",
+    }
+    for (own, other), words in said.items():
+        flow = flows[own]
+        for ask in (partial(flow.step, dt=0.01), flow.limit, flow.ledger, flow.fields):
+            with pytest.raises(InputError, match=words):
+                ask(states[other])
 
 
 def test_tools_do_not_cut_what_an_adaptive_mesh_carries():
