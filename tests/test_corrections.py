@@ -250,9 +250,14 @@ def test_what_does_not_fit_is_refused():
     other = AdaptiveMesh(grid=blocks.mesh.grid, levels=1)
     with pytest.raises(InputError, match="the solver's mesh"):
         AdaptiveSolver(other).velocity(vorticity, blocks)
-    small = AdaptiveMesh(grid=blocks.mesh.grid, levels=2, block=8)
-    with pytest.raises(InputError, match="reach must be one of"):
-        AdaptiveSolver(small)
+    for wavelet in ("4.4", "2.2"):
+        small = AdaptiveMesh(grid=blocks.mesh.grid, levels=2, block=8, wavelet=wavelet)
+        with pytest.raises(InputError, match="blocks of at least 16 nodes, got block=8"):
+            AdaptiveSolver(small)
+    for wavelet in ("2.0", "4.0", "6.0"):
+        far = AdaptiveMesh(grid=blocks.mesh.grid, levels=2, wavelet=wavelet)
+        with pytest.raises(InputError, match=f"at least 2 moments, '{wavelet}' keeps 0"):
+            AdaptiveSolver(far)
     with pytest.raises(InputError, match="reach must be one of"):
         AdaptiveSolver(blocks.mesh, reach=16)
     with pytest.raises(InputError, match="not finite"):

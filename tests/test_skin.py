@@ -29,11 +29,14 @@ def test_waves_from_node_to_node_go_and_polynomials_stay(dtype):
         np.testing.assert_allclose(found[inner], smooth[inner], atol=300 * np.finfo(dtype).eps)
 
 
-@pytest.mark.parametrize("nodes", [6, 8, 12])
-def test_a_wave_loses_the_power_of_a_sine_of_itself_and_a_resolved_one_nothing(nodes):
-    k = 2 * np.pi / nodes
-    wave = np.broadcast_to(np.cos(k * np.arange(48))[:, None], (1, 48, 20))
-    kept = 1 - np.sin(k / 2) ** (len(RIPPLE) - 1)
+@pytest.mark.parametrize(
+    ("nodes", "lost"),
+    [(3, 729 / 4096), (4, 1 / 64), (6, 1 / 4096), (12, 9.0356e-8)],
+)
+def test_a_short_wave_loses_much_of_itself_and_a_resolved_one_nothing(nodes, lost):
+    # sin(pi / nodes)^12: of 60, 45 and 30 degrees exactly, of 15 to five digits
+    wave = np.broadcast_to(np.cos(2 * np.pi / nodes * np.arange(48))[:, None], (1, 48, 20))
+    kept = 1 - lost
     np.testing.assert_allclose(
         smoothed(wave.copy())[0, EDGE:-EDGE], kept * wave[0, EDGE:-EDGE], atol=1e-12
     )

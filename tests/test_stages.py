@@ -34,12 +34,25 @@ def test_no_wave_grows_within_their_reach_and_all_are_damped(count):
     assert np.abs(grown(count, -1.5 * reach)) > 1.0
 
 
-def test_as_few_stages_are_taken_as_reach_the_step():
-    for ratio in (0.1, 2.5, 2.6, 7.0, 7.1, 30.0, 1000.0):
-        count = stage_count(ratio)
-        assert count % 2 == 1
-        assert (count**2 + count - 2) / 4 >= ratio * (1 - 1e-9)
-        assert count == 3 or ((count - 2) ** 2 + count - 4) / 4 < ratio
+@pytest.mark.parametrize(
+    ("count", "reach"), [(3, 2.5), (5, 7.0), (7, 13.5), (9, 22.0), (11, 32.5), (63, 1007.5)]
+)
+def test_as_few_stages_are_taken_as_reach_the_step(count, reach):
+    # explicit steps that a method of so many stages reaches: Meyer, Balsara & Aslam 2014, eq. 14
+    assert stage_count(0.999 * reach) == stage_count(reach) == count
+    assert stage_count(1.001 * reach) == count + 2
+
+
+def test_a_short_step_takes_three_stages():
+    assert stage_count(0.1) == 3
+
+
+def test_three_stages_are_those_of_the_paper():
+    # b = 1/3, 1/3, 1/3, 5/12 and w = 2/5 in equations 15 to 17, by hand
+    first, second, third = stages(3)
+    assert first == pytest.approx((1, 0, 0, 2 / 15, 0))
+    assert second == pytest.approx((3 / 2, -1 / 2, 0, 3 / 5, -2 / 5))
+    assert third == pytest.approx((25 / 12, -5 / 6, -1 / 4, 5 / 6, -5 / 9))
 
 
 def test_the_weights_of_values_add_up_to_one():

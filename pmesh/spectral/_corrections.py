@@ -13,9 +13,16 @@ from numba import njit
 
 from remesh.compiled import drop_stale
 from remesh.multires import _ghosts
-from remesh.multires._ghosts import copy, has_jump, lattice, scratch, subdivide
+from remesh.multires._ghosts import (
+    ABSENT,
+    OUTSIDE,
+    copy,
+    has_jump,
+    lattice,
+    scratch,
+    subdivide,
+)
 
-ABSENT, OUTSIDE = -1, -2
 CHUNK = 4  # taps applied in one pass
 
 drop_stale(__file__, _ghosts.__file__)

@@ -11,17 +11,20 @@ from numpy.typing import NDArray
 
 from pmesh.spectral.checks import check_field
 from pmesh.spectral.coarsest import CoarsestSolver
-from pmesh.spectral.matched import midpoint_weights
 from pmesh.spectral.taps import POINTS, correction_taps
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.multires.blocks import Blocks
+from remesh.multires.ghosts import layers, midpoint_weights
 from remesh.multires.mesh import AdaptiveMesh
+from remesh.multires.uniform import to_uniform
 from remesh.multires.wavelets import Wavelet, get_wavelet
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 REACHES = (6, 8, 10, 12)  # nodes
+LEAST = 16  # nodes along the edge of a block
+MOMENTS = 2  # that the restriction keeps: with fewer the corrections reach farther than any cut
 LANES = 16  # blocks corrected together
 MARGIN = POINTS // 2  # nodes around the coarsest level
 
@@ -42,7 +45,8 @@ class AdaptiveSolver:
     upper unbounded end is extrapolated by half a coarser cell: vorticity that ends less than about
     8 nodes of a level before it is felt there. Vorticity within 6 nodes of the coarsest level
     of an end loses what its restriction carries past it.
-    O(nodes), same bits for any number of threads. Refuses blocks of fewer nodes than 16.
+    O(nodes), same bits for any number of threads. Refuses blocks of fewer nodes than 16, whose
+    ghosts do not reach far enough, and wavelets that keep fewer than two moments, see `check_mesh`.
     Source: local corrections after Anderson, J. Comput. Phys. 62 (1986) 111.
     """
 
@@ -55,6 +59,7 @@ class AdaptiveSolver:
         reach: int | None = None,
         threads: int | None = None,
     ) -> None:
+        check_mesh(mesh)
         wavelet = get_wavelet(mesh.wavelet)
         most = mesh.block - len(wavelet.predict)
         if reach is None:
@@ -63,7 +68,7 @@ class AdaptiveSolver:
             raise InputError(
                 f"the reach must be one of {REACHES} and at most {most} for blocks of "
                 f"{mesh.block} nodes and wavelet {wavelet.name!r}, got {reach}",
-                hint="AdaptiveMesh(block=16)",
+                hint="reach=None takes what the tolerance asks for",
             )
         self.mesh, self.order, self.radius, self.reach = mesh, order, radius, reach
         self.threads = thread_count(threads)
@@ -93,7 +98,7 @@ class AdaptiveSolver:
         result[:, blocks.of(0)] = self._cut(coarsest[(slice(None), *self._inner)])
         if blocks.finest == 0:
             return result
-        sources, speed = _layers(values, blocks), _layers(result, blocks)
+        sources, speed = layers(values, blocks), layers(result, blocks)
         tables = blocks.neighbours, blocks.coarser, blocks.sides
         self._correct(sources, blocks, speed)
         points = midpoint_weights(POINTS).astype(dtype)
@@ -118,14 +123,10 @@ class AdaptiveSolver:
         self, values: Array, blocks: Blocks, freestream: Sequence[float] | None
     ) -> Array:
         """The velocity of level 0 as on a uniform mesh, with a margin around it."""
-        ndim, block, counts = self.mesh.ndim, self.mesh.block, self.mesh.counts(0)
-        here = values[blocks.of(0)] if ndim == 2 else values[:, blocks.of(0)]
-        parts = here.reshape(-1, *counts, *(block,) * ndim)
-        field = parts.transpose(_order(ndim)).reshape(-1, *(n * block for n in counts))
-        periodic = self.mesh.grid.periodic
-        source = np.pad(field, [(0, 0), *((0, 0) if p else (MARGIN, MARGIN) for p in periodic)])
-        solver = self._coarsest[values.dtype.char]
-        speed = solver.velocity(source[0] if ndim == 2 else source, freestream)
+        field, periodic = to_uniform(values, blocks, 0), self.mesh.grid.periodic
+        margins = [(0, 0) if p else (MARGIN, MARGIN) for p in periodic]
+        source = np.pad(field, [(0, 0)] * (field.ndim - self.mesh.ndim) + margins)
+        speed = self._coarsest[values.dtype.char].velocity(source, freestream)
         if not any(periodic):
             return speed
         around = [(0, 0), *((MARGIN, MARGIN) if p else (0, 0) for p in periodic)]
@@ -135,7 +136,8 @@ class AdaptiveSolver:
         """A uniform field of level 0 block by block."""
         ndim, block, counts = self.mesh.ndim, self.mesh.block, self.mesh.counts(0)
         split = [n for count in counts for n in (count, block)]
-        parts = field.reshape(-1, *split).transpose(np.argsort(_order(ndim)))
+        order = (0, *range(1, 2 * ndim, 2), *range(2, 2 * ndim + 1, 2))
+        parts = field.reshape(-1, *split).transpose(order)
         return parts.reshape(len(field), -1, *(block,) * ndim)
 
     @cached_property
@@ -151,7 +153,6 @@ class AdaptiveSolver:
         last = blocks.starts[mesh.levels]
         groups = [_groups(blocks.starts[1], last), _groups(last, blocks.size)]
         which = np.repeat((0, 1), [len(some) for some in groups])
-        spacings = (mesh.grid.spacing * 2.0 ** (mesh.levels - blocks.levels)).astype(dtype)
         tables, extents = _tables(
             self._wavelet, self.order, self.radius, ndim, self.reach, dtype.char
         )
@@ -160,8 +161,25 @@ class AdaptiveSolver:
         share(
             law, which.size, self.threads, np.concatenate(groups), sources,
             blocks.neighbours, blocks.coarser, blocks.sides, predict, tables, extents, which,
-            spacings, np.finfo(dtype).tiny / np.finfo(dtype).eps, out,
+            blocks.spacings.astype(dtype), np.finfo(dtype).tiny / np.finfo(dtype).eps, out,
         )  # fmt: skip
+
+
+def check_mesh(mesh: AdaptiveMesh) -> None:
+    """Refuse meshes on which corrections are not local enough to be cut."""
+    wavelet = get_wavelet(mesh.wavelet)
+    if wavelet.moments < MOMENTS:
+        raise InputError(
+            f"local corrections of the velocity need a wavelet that keeps at least {MOMENTS} "
+            f"moments, {wavelet.name!r} keeps {wavelet.moments}: what it lets go is felt far away",
+            hint='AdaptiveMesh(wavelet="4.4")',
+        )
+    if mesh.block < LEAST:
+        raise InputError(
+            f"local corrections of the velocity need blocks of at least {LEAST} nodes, got "
+            f"block={mesh.block}: its ghosts do not reach as far as corrections are felt",
+            hint="AdaptiveMesh(block=16)",
+        )
 
 
 def _reach(mesh: AdaptiveMesh) -> int:
@@ -185,17 +203,6 @@ class _Solvers(dict[str, CoarsestSolver]):
         order = own._wavelet.order
         self[kind] = CoarsestSolver(grid, order=order, dtype=kind, threads=own.threads)
         return self[kind]
-
-
-def _order(ndim: int) -> list[int]:
-    """Axes of blocks of a uniform mesh, so that a block's nodes come after its place."""
-    return [0, *(1 + axis + part * ndim for axis in range(ndim) for part in (0, 1))]
-
-
-def _layers(values: Array, blocks: Blocks) -> Array:
-    """Values as the loops take them, ``(c, n, bx, b, b)``: in 2-D ``bx`` is 1."""
-    size = blocks.mesh.block
-    return values.reshape(-1, blocks.size, size if blocks.mesh.ndim == 3 else 1, size, size)
 
 
 def _groups(start: int, stop: int) -> NDArray[np.int64]:
@@ -228,7 +235,8 @@ def _by_slots(
     """[parities of rows][component][m..][phase of the source][parity of the target][slot].
 
     In 2-D the components are those of the velocity, d_1 G and -d_0 G; in 3-D those of grad G.
-    Opposite rows come added or subtracted, so that a row on its own counts twice.
+    Rows m and -m come as their sum or difference: the taps of the middle row, which is then
+    twice itself, are halved.
     """
     ndim = next(iter(taps.values())).ndim
     axes = (1, 0) if ndim == 2 else (0, 1, 2)

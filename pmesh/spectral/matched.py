@@ -11,17 +11,12 @@ from numpy.typing import NDArray
 
 from pmesh.spectral.greens import hej
 from remesh.errors import InputError
+from remesh.multires.ghosts import midpoint_weights
 
 Array = NDArray[np.float64]
 
 ORDERS = (2, 4, 6, 8, 10)
 _RADIUS = {2: 128, 3: 32}  # beyond, the point kernel itself: its error is below 2e-10 there
-
-
-def midpoint_weights(points: int) -> Array:
-    """Interpolation midway between ``points`` nodes by the polynomial through them all."""
-    nodes = np.arange(points) - (points - 1) / 2
-    return np.array([np.prod([b / (b - a) for b in nodes if b != a]) for a in nodes])
 
 
 def point_kernel(offsets: tuple[NDArray[Any], ...]) -> Array:

@@ -7,7 +7,8 @@ from itertools import product
 
 import numpy as np
 
-from pmesh.spectral.matched import Array, gaussian_values, kernel_values, midpoint_weights
+from pmesh.spectral.matched import Array, gaussian_values, kernel_values
+from remesh.multires.ghosts import midpoint_weights
 from remesh.multires.wavelets import Wavelet
 
 POINTS = 6  # of the interpolation of the coarser velocity

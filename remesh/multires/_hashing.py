@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 from numba import njit
 
+from remesh.multires.blocks import ABSENT, OUTSIDE
+
 EMPTY = -1
-ABSENT, OUTSIDE = -1, -2
 FACTOR = np.uint64(0x9E3779B97F4A7C15)  # 2^64 over the golden ratio: Knuth's multiplicative hash
 
 
