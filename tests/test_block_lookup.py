@@ -5,7 +5,7 @@ import pytest
 from nested_blocks import dense, nested, recipe
 
 from remesh.errors import InputError
-from remesh.multires.blocks import Blocks
+from remesh.multires.blocks import OUTSIDE, Blocks
 from remesh.multires.lookup import sampled_at
 from remesh.nodes import sample_nodes
 
@@ -59,6 +59,19 @@ def test_cubics_are_exact_on_whatever_level_a_place_lies(ndim, nodes, block, siz
     inside = np.all((places > margin) & (places < 1 - margin), axis=0)
     assert inside.mean() > 0.05
     np.testing.assert_allclose(found[inside], law(places)[inside], atol=1e-12)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("place", [0.0, 1.0])
+@pytest.mark.parametrize(("ndim", "nodes"), [(2, 256), (3, 64)])
+def test_constants_are_read_as_they_are_where_finer_blocks_touch_ends(ndim, nodes, place, dtype):
+    blocks = nested(recipe(nodes, ndim, 2, "unbounded", 8), (place, 0.4, place)[:ndim], 0.05)
+    assert (blocks.neighbours[blocks.of(2)] == OUTSIDE).any()
+    field = np.ones((2, *blocks.shape), dtype)
+    for size in (0.3 / nodes, 0.03, 0.4):
+        move = waves(blocks.points(), size).astype(dtype)
+        found = sampled_at(field, blocks, blocks, np.concatenate([-move[:1], move[1:]]))
+        assert np.abs(found - 1).max() < (1e-12 if dtype == np.float64 else 1e-5)
 
 
 def test_each_place_is_read_on_the_finest_level_up_to_its_own():

@@ -2,9 +2,11 @@
 
 import numpy as np
 import pytest
+from nested_blocks import nested, recipe
 from scattered_blocks import SIDES, cube, noise, scattered
 
 from remesh.errors import InputError
+from remesh.multires.blocks import ABSENT, OUTSIDE
 from remesh.multires.ghosts import padded
 from remesh.multires.wavelets import WAVELETS
 
@@ -122,6 +124,41 @@ def test_ghosts_beyond_unbounded_ends_are_zero():
     assert (found[corner, 3:, 3:] == 1).all()
 
 
+@pytest.mark.parametrize(("dtype", "tolerance"), [(np.float64, 1e-12), (np.float32, 1e-4)])
+@pytest.mark.parametrize("side", SIDES)
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_constants_stay_constant_beyond_ends_where_the_last_value_goes_on(
+    side, seed, dtype, tolerance
+):
+    blocks = scattered(side, seed)
+    found = padded(np.full((2, *blocks.shape), 3, dtype), blocks, 4, outside="last")
+    assert abs(found - 3).max() < tolerance
+
+
+@pytest.mark.parametrize("place", [0.0, 1.0])
+@pytest.mark.parametrize(("ndim", "nodes"), [(2, 256), (3, 64)])
+def test_where_the_last_value_goes_on_cubics_pass_jumps_beside_ends_exactly(ndim, nodes, place):
+    mesh = recipe(nodes, ndim, 2, "unbounded", 8)
+    blocks = nested(mesh, (place, 0.4, place)[:ndim], 0.05)
+    jumps = (blocks.neighbours == ABSENT).any(axis=1) & (blocks.neighbours == OUTSIDE).any(axis=1)
+    assert jumps[blocks.of(2)].any()
+
+    def law(points):
+        return sum((k + 1) * (x - 0.3) ** 3 for k, x in enumerate(points))
+
+    found = padded(law(blocks.points()), blocks, 4, outside="last")
+    local = np.arange(-4, mesh.block + 4)
+    for n in np.nonzero(jumps)[0]:
+        level = int(blocks.levels[n])
+        last = np.array(mesh.level_grid(level).shape) - 1
+        nodes_of = [
+            np.clip(p * mesh.block + local, 0, end)
+            for p, end in zip(blocks.places[n], last, strict=True)
+        ]
+        want = law(np.array(np.meshgrid(*nodes_of, indexing="ij")) * mesh.spacing(level))
+        assert np.allclose(found[n], want, rtol=0, atol=1e-12)
+
+
 def test_the_width_may_be_nothing():
     blocks = scattered("3-D")
     values = noise(blocks)
@@ -142,6 +179,8 @@ def test_what_has_no_ghosts_is_refused():
     for width in (5, -1, 1.5):
         with pytest.raises(InputError, match="width must be a whole number from 0 to 4"):
             padded(noise(blocks), blocks, width)
+    with pytest.raises(InputError, match="outside must be 'zero' or 'last', got 'wall'"):
+        padded(noise(blocks), blocks, 2, outside="wall")
     with pytest.raises(InputError, match="order must be one of"):
         padded(noise(blocks), blocks, 2, order=3)
     with pytest.raises(InputError, match="values must be real numbers, got complex128"):

@@ -7,7 +7,7 @@ import pytest
 from nested_blocks import nested, recipe
 
 from remesh.errors import InputError
-from remesh.multires.blocks import Blocks
+from remesh.multires.blocks import OUTSIDE, Blocks
 from remesh.multires.strain import gradient_norm
 
 
@@ -37,6 +37,18 @@ def test_linear_velocities_are_told_exactly_up_to_unbounded_ends(ndim, nodes, dt
     assert ends.any()
     # one-sided at the ends, ghosts across jumps of levels: all exact for linear fields
     assert abs(gradient_norm(velocity.astype(dtype), blocks) - expected) < tolerance * nodes
+
+
+@pytest.mark.parametrize("place", [0.0, 1.0])
+@pytest.mark.parametrize(("ndim", "nodes"), [(2, 256), (3, 64)])
+def test_a_constant_velocity_deforms_nothing_where_finer_blocks_touch_ends(ndim, nodes, place):
+    blocks = nested(recipe(nodes, ndim, 2, "unbounded", 8), (place, 0.4, place)[:ndim], 0.05)
+    assert (blocks.neighbours[blocks.of(2)] == OUTSIDE).any()
+    assert gradient_norm(np.ones((ndim, *blocks.shape)), blocks) < 1e-12 * nodes
+    rates = np.array([[1.0, -2.0, 0.5], [0.0, 3.0, 1.5], [0.2, 0.1, 0.3]])[:ndim, :ndim]
+    velocity = np.tensordot(rates, blocks.points(), 1)
+    expected = np.abs(rates).sum(axis=1).max()
+    assert abs(gradient_norm(velocity, blocks) - expected) < 2e-13 * nodes
 
 
 def test_only_active_nodes_count():

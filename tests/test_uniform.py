@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from nested_blocks import nested, recipe
 from scattered_blocks import SIDES, cube, noise, scattered
 
 from remesh.errors import InputError
 from remesh.multires import pyramid, transform
-from remesh.multires.blocks import Blocks
+from remesh.multires.blocks import ABSENT, OUTSIDE, Blocks
 from remesh.multires.uniform import on_blocks, to_uniform
 
 
@@ -94,11 +95,52 @@ def test_a_field_on_all_finest_nodes_comes_back_as_it_was(side):
     assert (to_uniform(on_blocks(field, blocks), blocks) == field).all()
 
 
+@pytest.mark.parametrize("wavelet", ["2.2", "4.4", "6.2"])
+@pytest.mark.parametrize(("ndim", "nodes"), [(2, 256), (3, 64)])
+@pytest.mark.parametrize("place", [0.0, 1.0])
+def test_constants_and_cubics_go_on_to_unbounded_ends_which_finer_blocks_touch(
+    ndim, nodes, place, wavelet
+):
+    mesh = recipe(nodes, ndim, 2, "unbounded", 8, wavelet=wavelet)
+    blocks = nested(mesh, (place, 0.4, place)[:ndim], 0.05)
+    assert (blocks.neighbours[blocks.of(2)] == OUTSIDE).any()
+    assert (blocks.neighbours[blocks.of(1)] == ABSENT).any()
+    one = to_uniform(np.ones(blocks.shape), blocks, outside="last")
+    assert abs(one - 1).max() < 1e-12
+    degree = 1 if wavelet == "2.2" else 3
+
+    def law(points):
+        return sum((k + 1) * (x - 0.3) ** degree for k, x in enumerate(points))
+
+    for level in (1, 2):
+        found = to_uniform(law(blocks.points()), blocks, level, outside="last")
+        assert abs(found - law(mesh.level_grid(level).points())).max() < 1e-12
+
+
+@pytest.mark.parametrize("side", ["2-D", "3-D mixed"])
+def test_beyond_ends_the_last_node_goes_on_where_asked_for(side):
+    blocks = scattered(side)
+    values = noise(blocks, 2)
+    whole = to_uniform(values, blocks, outside="last")
+    region = [range(-5, 30), range(40, whole.shape[2] + 7), range(90, 100)][: whole.ndim - 1]
+    found = to_uniform(values, blocks, region=region, outside="last")
+    for axis, nodes in enumerate(region):
+        mode = "wrap" if blocks.mesh.grid.periodic[axis] else "clip"
+        whole = whole.take(nodes, axis=1 + axis, mode=mode)
+    assert (found == whole).all()
+    far = [range(-9, -5), range(1000, 1003), range(5, 7)][: found.ndim - 1]
+    ends = to_uniform(values, blocks, region=far, outside="last")
+    assert ends.shape[1:] == tuple(len(part) for part in far)
+    assert np.ptp(ends, axis=2).max() == 0
+
+
 def test_what_does_not_lie_on_the_mesh_is_refused():
     blocks = scattered("2-D")
     values = noise(blocks)
     with pytest.raises(InputError, match="level must be a whole number from 0 to 3"):
         to_uniform(values, blocks, 4)
+    with pytest.raises(InputError, match="outside must be 'zero' or 'last', got 'wall'"):
+        to_uniform(values, blocks, outside="wall")
     with pytest.raises(InputError, match="region must be 2 slices"):
         to_uniform(values, blocks, region=(slice(0, 3),))
     for part in (slice(0, 8, 2), slice(5, 5), range(4, 0, -1)):

@@ -31,13 +31,12 @@ def padded(
     """Blocks with ``width`` ghosts on each side, ``(..., n, *(block + 2 * width,) * ndim)``.
 
     ``values`` are ``(n, *(block,) * ndim)`` or ``(c, n, ...)``. A ghost that lies in a block of the
-    same level is that block's value; elsewhere it is predicted
-    from the even nodes around it, those of the level where blocks are, else those of the
-    next coarser level: by the wavelet's own prediction, or by polynomials through ``order`` nodes
-    along each axis, exact for degrees below that. Beyond an unbounded end the field is zero, also
-    for predictions; with ``outside="last"`` ghosts there hold the last node's value, and predictions
-    near it see the cubics through the last four even nodes: exact for cubics then, and constants
-    stay constant. O(nodes); same bits for any number of threads.
+    same level is that block's value; elsewhere it is predicted from the even nodes around it, those
+    of the level where blocks are, else those of the next coarser level: by the wavelet's own
+    prediction, or by polynomials through ``order`` nodes along each axis, exact for degrees below
+    that. Beyond an unbounded end the field is zero, also for predictions. With ``outside="last"``
+    ghosts there hold the last node's value, and predictions near it see the cubics through the last
+    four even nodes: constants stay constant. O(nodes); same bits for any number of threads.
     Refuses widths beyond ``block - order``.
     """
     values = check_values(values, blocks)

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from remesh.errors import InputError
 from remesh.multires.blocks import ABSENT, Blocks, Numbers
-from remesh.multires.ghosts import check_values, layers, lifting_weights
+from remesh.multires.ghosts import Outside, check_values, goes_on, layers, lifting_weights
 
 Array = NDArray[np.floating[Any]]
 Whole = NDArray[np.int64]
+CUBIC = 4  # nodes that a cubic goes through
 
 
 def to_uniform(
@@ -22,13 +23,15 @@ def to_uniform(
     level: int | None = None,
     *,
     region: Sequence[slice | range] | None = None,
+    outside: Outside = "zero",
 ) -> Array:
     """Values ``(n, ...)`` or ``(c, n, ...)`` on the nodes of ``mesh.level_grid(level)``.
 
     By default of the finest level the mesh may have. ``region`` picks a box of those nodes, one
     slice or range per axis; a range may pass the ends: periodic axes go on, beyond others the
-    field is zero. Where the mesh is finer, the restriction; where it is coarser, its
-    subdivision by the wavelet's prediction. O(nodes of the box).
+    field is zero, or as at the last node with ``outside="last"``. Where the mesh is finer, the
+    restriction; where it is coarser, its subdivision by the wavelet's prediction, which near
+    unbounded ends sees zeros too, or cubics through the last nodes. O(nodes of the box).
     """
     values = check_values(values, blocks)
     mesh = blocks.mesh
@@ -39,7 +42,7 @@ def to_uniform(
             hint="level=None takes the finest",
         )
     first, shape = _box_of(region, mesh.level_grid(int(level)).shape)
-    field = _Sampler(values, blocks).box(int(level), first, shape)
+    field = _Sampler(values, blocks, goes_on(outside)).box(int(level), first, shape)
     return field.reshape(*values.shape[: -len(blocks.shape)], *shape[3 - mesh.ndim :])
 
 
@@ -56,24 +59,31 @@ def on_blocks(field: Array, blocks: Blocks) -> Array:
 
 
 class _Sampler:
-    """Values on blocks, read on boxes of the nodes of a level, x y z; in 2-D x has one node."""
+    """Values on blocks, read on boxes of the nodes of a level, x y z; in 2-D x has one node.
 
-    def __init__(self, values: Array, blocks: Blocks) -> None:
-        self.blocks = blocks
+    Beyond unbounded ends they are zero, or ``last``: as at the last node.
+    """
+
+    def __init__(self, values: Array, blocks: Blocks, last: bool) -> None:
+        self.blocks, self.last = blocks, last
         self.parts = layers(values, blocks)
         self.weights = lifting_weights(blocks, values.dtype)[0]
-        self.deep = np.array([blocks.mesh.ndim == 3, True, True])
+        flat = (True,) * (3 - blocks.mesh.ndim)
+        self.deep = np.array([not flat, True, True])
+        self.wraps = np.array([*flat, *blocks.mesh.grid.periodic])
 
     def box(self, level: int, first: Whole, shape: Whole) -> Array:
         """A box of so many nodes of a level from node ``first`` on."""
         from remesh.multires import _uniform
 
-        result = np.zeros((len(self.parts), *shape), self.parts.dtype)
-        numbers, corner = _blocks_under(self.blocks, level, first, shape)
+        start, size = self.within(level, first, shape, 1)
+        result = np.zeros((len(self.parts), *size), self.parts.dtype)
+        numbers, corner = _blocks_under(self.blocks, level, start, size)
         if (numbers == ABSENT).any():
-            self.subdivide(level, first, shape, result)
-        _uniform.paste(self.parts, numbers, corner, first, 1, result)
-        return result
+            self.subdivide(level, start, size, result)
+        _uniform.paste(self.parts, numbers, corner, start, 1, result)
+        pads = zip(start - first, first + shape - start - size, strict=True)
+        return _repeated(result, list(pads)) if self.last else result
 
     def subdivide(self, level: int, first: Whole, shape: Whole, result: Array) -> None:
         """Fill a box with predictions from the even nodes around it."""
@@ -82,14 +92,60 @@ class _Sampler:
         reach = len(self.weights) // 2
         low = np.where(self.deep, first // 2 - reach + 1, 0)
         size = np.where(self.deep, (first + shape - 1) // 2 + reach - low + 1, 1)
-        even = self.box(level - 1, low, size)
-        numbers, corner = _blocks_under(self.blocks, level, 2 * low, 2 * size - 1)
-        _uniform.paste(self.parts, numbers, corner, low, 2, even)
+        start, inner = self.within(level - 1, low, size, CUBIC)
+        even = self.box(level - 1, start, inner)
+        numbers, corner = _blocks_under(self.blocks, level, 2 * start, 2 * inner - 1)
+        _uniform.paste(self.parts, numbers, corner, start, 2, even)
+        if self.last:
+            even = _extended(even, start, low, size)
         slab = np.empty((shape[0], *size[1:]), even.dtype)
         plane = np.empty((*shape[:2], size[2]), even.dtype)
         before = tuple(int(-(node % 2)) for node in first)
         for nodes, target in zip(even, result, strict=True):
             _ghosts.subdivide(nodes, reach - 1, before, self.weights, slab, plane, target)
+
+    def within(self, level: int, first: Whole, shape: Whole, least: int) -> tuple[Whole, Whole]:
+        """The part of a box within unbounded ends, at least so many nodes where it passes one."""
+        if not self.last:
+            return first, shape
+        mesh, end = self.blocks.mesh, first + shape
+        nodes = np.ones(3, np.int64)
+        nodes[3 - mesh.ndim :] = mesh.level_grid(level).shape
+        start = np.where(end > nodes, np.minimum(first, nodes - least), first)
+        stop = np.where(first < 0, np.maximum(end, least), end)
+        start = np.where(self.wraps, first, np.maximum(start, 0))
+        stop = np.where(self.wraps, end, np.minimum(stop, nodes))
+        return start, stop - start
+
+
+def _repeated(box: Array, pads: list[tuple[int, int]]) -> Array:
+    """A box with so many nodes more before and after it, the last ones again; fewer if negative."""
+    for axis, (before, after) in enumerate(pads, 1):
+        if before or after:
+            index = np.arange(-before, box.shape[axis] + after)
+            box = box.take(index.clip(0, box.shape[axis] - 1), axis=axis)
+    return box
+
+
+def _extended(inner: Array, start: Whole, first: Whole, shape: Whole) -> Array:
+    """A box from node ``start`` on, continued by cubics: so many nodes from ``first`` on."""
+    low = np.minimum(start, first)
+    high = np.maximum(start + inner.shape[1:], first + shape)
+    result = np.empty((len(inner), *(high - low)), inner.dtype)
+    parts = [slice(a, a + n) for a, n in zip(start - low, inner.shape[1:], strict=True)]
+    result[(slice(None), *parts)] = inner
+    for axis, part in enumerate(parts, 1):
+        _go_on(np.moveaxis(result, axis, 0), part.start, part.stop)
+    wanted = (slice(a, a + n) for a, n in zip(first - low, shape, strict=True))
+    return np.ascontiguousarray(result[(slice(None), *wanted)])
+
+
+def _go_on(rows: Array, low: int, high: int) -> None:
+    """Rows before ``low`` and from ``high`` on by cubics through the four next to them."""
+    for i in range(low - 1, -1, -1):
+        rows[i] = 4 * (rows[i + 1] + rows[i + 3]) - 6 * rows[i + 2] - rows[i + 4]
+    for i in range(high, len(rows)):
+        rows[i] = 4 * (rows[i - 1] + rows[i - 3]) - 6 * rows[i - 2] - rows[i - 4]
 
 
 def _box_of(region: Sequence[slice | range] | None, shape: tuple[int, ...]) -> tuple[Whole, Whole]:
