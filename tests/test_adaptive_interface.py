@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from pmesh.cases.adaptive_interface import active_particles
+from pmesh.cases import adaptive_interface
+from pmesh.cases.adaptive_interface import Run, active_particles
 from pmesh.cases.registry import CASES, find
 from pmesh.cases.runner import run_case
 from pmesh.cases.single_vortex_adaptive import SingleVortexAdaptive
@@ -39,6 +42,24 @@ def test_a_study_holds_runs_by_tolerance_and_on_uniform_meshes(report):
     assert errors[0] < errors[-1]
     assert uniform[64].error < uniform[32].error
     assert adaptive[case.tolerance].start < uniform[64].start
+    assert adaptive[case.tolerance].most == found.outcome.series["active"].max()
+    assert all(
+        run.most >= max(run.start, run.end) for run in (*adaptive.values(), *uniform.values())
+    )
+
+
+def test_a_study_leaves_out_what_is_no_tolerance(report, monkeypatch):
+    case, found = report
+    asked: list[float] = []
+
+    def told(case):
+        asked.append(getattr(case, "tolerance", 0.0))
+        return Run(1, 2, 1, 0.0, 0.0)
+
+    monkeypatch.setattr(adaptive_interface, "_run_of", told)
+    adaptive, _ = replace(case, tolerance=0.8).runs(found.outcome)
+    assert list(adaptive) == [0.8 * 0.1, 0.8 * 0.25, 0.8]
+    assert set(asked) == {0.0, 0.8 * 0.1, 0.8 * 0.25}
 
 
 def test_the_step_follows_the_courant_number_of_the_finest_cells():
@@ -59,12 +80,16 @@ def test_the_registry_leads_to_the_cases():
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ({"nodes": 500}, "need multiples of 128 nodes on each axis"),
-        ({"levels": 0}, "levels must be a whole number >= 1, got 0"),
-        ({"tolerance": 0.0}, "tolerance must be positive"),
-        ({"tolerance": 2.0}, r"tolerance must lie in \(0, 1\)"),
+        ({"nodes": 500}, r"nodes must be a multiple of 128 .*got 500\n.*--nodes 512, or fewer"),
+        ({"levels": 0}, "levels must be from 1 to 20, got 0"),
+        ({"tolerance": 0.0}, r"tolerance must be between 0 and 1, got 0.0\n.*--tolerance 0.01"),
+        ({"tolerance": 2.0}, "tolerance must be between 0 and 1, got 2.0"),
         ({"refinement": 0.5}, "refinement must be at least 1, got 0.5"),
-        ({"band": 0.07}, "band must be at least 4 coarsest cells, got 0.07"),
+        (
+            {"band": 0.07},
+            r"at least 4 coarsest cells .* got 2.24: 0.07 after 4 .*\n.*--levels 3 or .* or --band 0.125",
+        ),
+        ({"levels": 9}, r"got 0.156: 0.15625 after 9 halvings of 1/512\n.*--levels 4$"),
         ({"kernel": "M5"}, "kernel"),
     ],
 )

@@ -17,6 +17,7 @@ from pmesh.cases.deformation import BACK, DEFORMED, KEPT, Reversed, ReversedCase
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS, REFERENCE
 from pmesh.run.summary import Metric
+from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
 from remesh.multires.mesh import AdaptiveMesh
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from pmesh.run.snapshots import Snapshot
 
+BLOCK = 8  # nodes: the finest mesh is a whole number of them on the coarsest level
 COLOURS = ("#d9d9d9", "#9ec9e2", "#3c93c2", "#0b559f", "#c8511b", "#5c1a0a")  # of the levels
 
 
@@ -33,6 +35,7 @@ class Run(NamedTuple):
     """What a run of the whole period took, and how far off it ended."""
 
     start: int  # active particles
+    most: int
     end: int
     volume: float  # relative error
     error: float  # L1, of the interface [L]
@@ -50,10 +53,35 @@ class AdaptiveReversed(Reversed):
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
         super().__post_init__()
-        self.require(self.refinement >= 1, "refinement", "at least 1")
-        self.positive("tolerance")
-        self.require(self.width >= self.least, "band", f"at least {self.least} coarsest cells")
-        _ = self.mesh  # which refuses what cannot be halved so often
+        self.require(1 <= self.refinement < math.inf, "refinement", "at least 1")
+        self.require(0 < self.tolerance < 1, "tolerance", "between 0 and 1")
+        unit = self.unit
+        near = f"--nodes {max(1, round(self.nodes / unit)) * unit}, or fewer --levels"
+        what = f"a multiple of {unit} for {self.levels} halvings"
+        self.require(self.nodes % unit == 0, "nodes", what, near)
+        _ = self.mesh  # which refuses what else is none
+
+    def check_band(self) -> None:
+        """Refuse no levels, and a band too narrow for the kernel on the coarsest of them."""
+        self.require(1 <= self.levels <= 20, "levels", "from 1 to 20")
+        if self.width >= self.least:
+            return
+        ways = [f"--levels {fewer}" for fewer in range(self.levels - 1, 0, -1)
+                if self.band * self.nodes >= self.least * 2**fewer][:1]  # fmt: skip
+        needed = self.unit * math.ceil(self.least * 2**self.levels / self.band / self.unit)
+        ways += [f"--nodes {needed}"] if needed <= 4 * self.nodes else []
+        wide = math.ceil(1e4 * self.least * 2**self.levels / self.nodes) / 1e4
+        ways += [f"--band {wide:g}"] if wide <= 0.5 else []
+        raise InputError(
+            f"band and levels must leave at least {self.least} coarsest cells to each side, got "
+            f"{self.width:.3g}: {self.band:g} after {self.levels} halvings of 1/{self.nodes}",
+            hint=" or ".join(ways) or "a wider --band and more --nodes",
+        )
+
+    @property
+    def unit(self) -> int:
+        """What the number of cells is a multiple of: blocks on the coarsest level."""
+        return BLOCK * int(2**self.levels)
 
     @property
     def least(self) -> int:
@@ -65,7 +93,7 @@ class AdaptiveReversed(Reversed):
         """The unit box, periodic, so that all levels have the same ends."""
         grid = Grid((self.nodes,) * self.law.ndim, self.spacing, boundary="periodic")
         return AdaptiveMesh(
-            grid=grid, levels=self.levels, block=8, tolerance=self.tolerance,
+            grid=grid, levels=self.levels, block=BLOCK, tolerance=self.tolerance,
             refinement=self.refinement * self.tolerance,
         )  # fmt: skip
 
@@ -76,7 +104,7 @@ class AdaptiveReversed(Reversed):
 
     @property
     def parts(self) -> tuple[float, ...]:
-        """Tolerances of the study over that of the run."""
+        """Tolerances of the study over that of the run; those that are none are left out."""
         return (4.0, 0.25, 0.1)
 
     @abstractmethod
@@ -137,14 +165,12 @@ class AdaptiveReversed(Reversed):
         active, volume = outcome.series["active"], outcome.series["volume"][-1]
         off = float(volume / self.shape.volume - 1.0)
         error = self.error(outcome.flow, outcome.state)
-        own = Run(int(active[0]), int(active[-1]), off, error)
+        own = Run(int(active[0]), int(active.max()), int(active[-1]), off, error)
         if not self.study:
             return {self.tolerance: own}, {}
         case = replace(self, until=self.period, study=False)
-        found = {self.tolerance * part: case for part in self.parts}
-        others = {
-            key: _run_of(replace(one, tolerance=key)) for key, one in found.items()
-        }  # fmt: skip
+        tolerances = [self.tolerance * part for part in self.parts]
+        others = {key: _run_of(replace(case, tolerance=key)) for key in tolerances if key < 1}
         meshes = [self.nodes // part for part in (8, 4, 2)]
         return (
             dict(sorted({**others, self.tolerance: own}.items())),
@@ -161,10 +187,11 @@ def _run_of(case: Reversed) -> Run:
     """A case run to its end, without a directory."""
     from pmesh.run.loop import run
 
+    sizes: list[int] = []
     flow, start = case.build()
-    end = run(flow, start, until=case.until)
+    end = run(flow, start, until=case.until, watch=[lambda now: sizes.append(now.state.size)])
     off = flow.ledger(end)["volume"] / case.shape.volume - 1.0
-    return Run(start.size, end.size, off, case.error(flow, end))
+    return Run(start.size, max(sizes), end.size, off, case.error(flow, end))
 
 
 def active_particles(shot: Snapshot, levels: int) -> tuple[NDArray[Any], NDArray[np.int64]]:
@@ -203,15 +230,18 @@ def draw_volume(panel: Axes, outcome: Outcome, exact: float, allowed: float, nam
 
 
 def draw_study(panel: Axes, adaptive: dict[float, Run], uniform: dict[int, Run], name: str) -> None:
-    """Error of the volume after the period over particles at the start and at the end."""
+    """Error of the volume after the period over particles at the start, the most and the end."""
     for runs, colour, label in ((adaptive, OURS, "adaptive"), (uniform, OTHERS[1], "uniform")):
         rows = sorted(runs.values())
         off = [100 * max(abs(row.volume), 1e-6) for row in rows]
-        panel.loglog([row.start for row in rows], off, "o-", color=colour, label=f"{label}, start")
-        panel.loglog([row.end for row in rows], off, "o--", color=colour, mfc="white", lw=1.0,
+        panel.loglog([row.start for row in rows], off, "o:", color=colour, mfc="white", lw=0.8,
+                     label=f"{label}, start")  # fmt: skip
+        panel.loglog([row.end for row in rows], off, "s--", color=colour, mfc="white", lw=0.8,
                      label=f"{label}, end")  # fmt: skip
-    panel.set(title=f"error of the {name} at the end [%]", xlabel="active particles")
-    panel.legend(loc="upper right", fontsize=6.5)
+        panel.loglog([row.most for row in rows], off, "o-", color=colour, label=f"{label}, most")
+    panel.set(title=f"final error of the {name} [%]", xlabel="active particles")
+    panel.margins(y=0.45)
+    panel.legend(loc="upper right", fontsize=5.5, ncols=2, handlelength=1.6, columnspacing=0.8)
 
 
 def draw_errors(

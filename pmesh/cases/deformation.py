@@ -59,9 +59,14 @@ class Reversed(Case):
         self.require(self.nodes >= 16, "nodes", "at least 16")
         self.require(self.radius * self.nodes >= 2, "radius", "at least two cells")
         self.require(self.radius <= self.most, "radius", f"at most {self.most:g} to fit the box")
-        self.require(self.width >= 2, "band", "at least 2 cells")
+        self.check_band()
         self.require(self.remeshing >= 1, "remeshing", "at least 1")
         self.require(self.substeps >= 0, "substeps", "at least 0")
+
+    def check_band(self) -> None:
+        """Refuse a band that the mesh does not resolve."""
+        suffices = f"--band {2.0 / self.nodes:.4g}"
+        self.require(self.width >= 2, "band", "at least 2 cells to each side", suffices)
 
     @property
     def most(self) -> float:
