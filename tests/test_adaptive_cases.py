@@ -48,7 +48,7 @@ def test_series_tell_what_the_mesh_holds(name, request):
     case, report, _ = request.getfixturevalue(name)
     series, mesh = report.outcome.series, case.mesh()
     np.testing.assert_allclose(series["compression"] * series["active"], mesh.grid.size)
-    assert (series["finest_level"] == mesh.levels).all()
+    assert series["finest_level"].max() == mesh.levels
     assert (series["blocks"] >= 4).all()
     largest = next(m for m in report.metrics if m.name == "active nodes, largest")
     assert largest.value == series["active"].max()
@@ -99,8 +99,9 @@ def test_the_cylinders_mesh_has_the_published_resolution_in_a_box_of_16_by_8_rad
     mesh = case.mesh()
     assert 2.0 / mesh.grid.spacing == pytest.approx(NODES[reynolds])
     for axis, (low, high) in enumerate(BOX):
-        assert mesh.grid.shape[axis] * mesh.grid.spacing >= high - low
-        assert mesh.grid.origin[axis] == pytest.approx(low, abs=mesh.grid.spacing)
+        first, last = mesh.grid.axes()[axis][[0, -1]]
+        assert first < low + mesh.grid.spacing
+        assert last > high - mesh.grid.spacing
         node = -mesh.grid.origin[axis] / mesh.grid.spacing
         assert node % 1 == pytest.approx(0.5)  # the centre lies between nodes
     assert mesh.spacing(0) <= 0.3
