@@ -8,13 +8,14 @@ import argparse
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 import levelset
 import pmesh
 import remesh
 from levelset.polygon import Polygon
 from pmesh.cases.adaptive_interface import COLOURS
-from pmesh.cases.style import OURS, REFERENCE, panels, styled
+from pmesh.cases.style import OURS, REFERENCE, styled
 from remesh.multires.mesh import AdaptiveMesh
 
 options = argparse.ArgumentParser(description=__doc__)
@@ -48,8 +49,12 @@ for state in states:
 
 @styled
 def draw():
-    figure, (row,) = panels(1, len(states) + 1, (3.0 * len(states) + 3.2, 3.1))
-    for panel, state in zip(row, states, strict=False):
+    figure = Figure(figsize=(9.6, 6.2), layout="constrained")
+    axes = figure.subplot_mosaic("abe;cde")
+    for panel in axes.values():
+        panel.set_axis_off()
+    for name, state in zip("abcd", states, strict=False):
+        panel = axes[name]
         for level, band in enumerate(flow.pyramid(state).bands):
             x, y = grid.origin[0] + band.grid.spacing * np.array(
                 np.unravel_index(band.nodes, band.grid.shape)
@@ -58,12 +63,13 @@ def draw():
         field = flow.fields(state)["phi"]
         panel.contour(*grid.axes(), field.T, levels=[0.0], colors=["black"], linewidths=0.9)
         panel.set(title=f"$t$ = {state.time:g}: {state.size} active", aspect="equal")
-        panel.set_axis_off()
     time, area = ledger.series["time"], ledger.series["volume"]
-    row[-1].plot(time, coil.volume - 2.0 * np.pi * time, color=REFERENCE, label=r"$A_0 - 2 \pi t$")
-    row[-1].plot(time[::12], area[::12], "o", color=OURS, label="level set")
-    row[-1].set(title="area", xlabel="$t$", ylim=(0, None))
-    row[-1].legend()
+    last = axes["e"]
+    last.set_axis_on()
+    last.plot(time, coil.volume - 2.0 * np.pi * time, color=REFERENCE, label=r"$A_0 - 2 \pi t$")
+    last.plot(time[::12], area[::12], "o", color=OURS, label="level set")
+    last.set(title="area", xlabel="$t$", ylim=(0, None))
+    last.legend()
     return figure
 
 

@@ -47,7 +47,8 @@ def draw():
     for panel, state in zip(row, states, strict=True):
         show_values(panel, state.vorticity, state.blocks, limit=20, colours="BuPu", power=0.6)
         show_mesh(panel, state.blocks, legend=False, width=0.4)
-        panel.set(title=f"$t$ = {state.time:g}", xlim=(-1, 1), ylim=(-1, 1), xticks=[], yticks=[])
+        panel.set(xlim=(-1, 1), ylim=(-1, 1), xticks=[], yticks=[],
+                  title=f"$t$ = {state.time:g}: {state.size} active nodes")  # fmt: skip
     figure.suptitle("Vorticity of an elliptical vortex, and the blocks that hold it")
     return figure
 

@@ -255,7 +255,11 @@ def draw_errors(
                  label="tolerance x half width")  # fmt: skip
     for nodes, run in uniform.items():
         panel.axhline(run.error, color=OTHERS[1], lw=0.8)
-        panel.annotate(f"uniform, 1/{nodes}", (tolerances[0], run.error), fontsize=7,
-                       color=OTHERS[1], va="bottom")  # fmt: skip
+        panel.annotate(f"uniform, 1/{nodes}", (0.3, run.error), fontsize=7, color=OTHERS[1],
+                       va="bottom", xycoords=("axes fraction", "data"))  # fmt: skip
+    panel.set_xticks(tolerances, [f"{tolerance:g}" for tolerance in tolerances])
+    panel.minorticks_off()
     panel.set(title="L1 error of the interface [L]", xlabel="tolerance")
-    panel.legend(loc="lower right", fontsize=7)
+    low, high = panel.get_ylim()
+    panel.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend
+    panel.legend(loc="upper left", fontsize=7)

@@ -201,8 +201,10 @@ class CompressCase(Case):
         (x, y) = grid.axes()
         blocks = kept_blocks(packed)
         show_mesh(panel, blocks, window=(x[0], x[-1], y[0], y[-1]), at=at, width=0.7)
-        panel.set_title(f"{' x '.join(map(str, state.grid.shape))} nodes; blocks that "
-                        f"hold coefficients at tolerance {self.tolerance:g}")  # fmt: skip
+        for lines in panel.collections:
+            lines.set_alpha(0.5)
+        nodes = " x ".join(map(str, state.grid.shape))
+        panel.set_title(f"{nodes} nodes; blocks at tolerance {self.tolerance:g}")
 
     def _lost(self, panel: Axes, packed: Compressed, state: Squeezed) -> None:
         plane, grid, _ = _plane(packed.expand() - state.field, state.grid, signed=True)

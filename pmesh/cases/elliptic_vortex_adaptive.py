@@ -124,8 +124,9 @@ class EllipticVortexAdaptive(EllipticVortexCase):
 
     def _kept(self, panel: Axes, outcome: Outcome) -> None:
         """Active nodes over time."""
-        panel.plot(outcome.series["time"], outcome.series["active"], color=OURS)
-        panel.set(title="active nodes", xlabel="time $t$", ylim=(0, None))
+        active = outcome.series["active"]
+        panel.plot(outcome.series["time"], active, color=OURS)
+        panel.set(title="active nodes", xlabel="time $t$", ylim=(0, 1.05 * float(active.max())))
 
 
 def share_metric(share: float, allowed: float, *, full: bool) -> Metric:
