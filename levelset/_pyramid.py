@@ -234,14 +234,11 @@ def interpolated(node, a, b, d, field, shape, periodic, predict):
 
 
 @njit(cache=True, nogil=True)
-def bear(covered, field, shape, periodic, predict, below, finer, marks, nodes, fresh):
-    """Children of nodes: those not found take interpolated values; ``nodes`` are they, all of them.
-
-    ``fresh`` tells which are interpolated.
-    """
+def bear(covered, shape, below, marks, born, fresh):
+    """Children of nodes into ``born``, those without a value into ``fresh``; how many of these."""
     row, columns = shape[1] * shape[2], shape[2]
     deep = shape[1] > 1
-    count = 0
+    count, new = 0, 0
     for parent in covered:
         i, m, c = parent // row, (parent // columns) % shape[1], parent % columns
         for a in range(2):
@@ -249,14 +246,23 @@ def bear(covered, field, shape, periodic, predict, below, finer, marks, nodes, f
                 for d in range(2):
                     child = ((2 * i + a) * below[1] + (2 * m + b if deep else 0)) * below[2]
                     child += 2 * c + d
-                    fresh[count] = marks[child] & FOUND == 0
-                    if fresh[count]:
-                        finer[child] = interpolated(
-                            parent, a, b, d, field, shape, periodic, predict
-                        )
+                    if marks[child] & FOUND == 0:
+                        fresh[new] = child
+                        new += 1
                     marks[child] |= HELD
-                    nodes[count] = child
+                    born[count] = child
                     count += 1
+    return new
+
+
+@njit(cache=True, nogil=True)
+def interpolate(nodes, field, shape, periodic, predict, below, finer):
+    """Values at nodes of the finer level, of shape ``below``, from the nodes around them."""
+    row, columns = below[1] * below[2], below[2]
+    for node in nodes:
+        i, m, c = node // row, (node // columns) % below[1], node % columns
+        parent = ((i // 2) * shape[1] + m // 2) * shape[2] + c // 2
+        finer[node] = interpolated(parent, i % 2, m % 2, c % 2, field, shape, periodic, predict)
 
 
 @njit(cache=True, nogil=True)

@@ -193,28 +193,6 @@ def prolong(first, pieces, step, size, nodes, shape, below, xs, ys, zs, coarse, 
 
 
 @njit(cache=True, nogil=True)
-def bear(covered, shape, below, marks, known, held, born, fresh):
-    """Children of nodes into ``born``, those without a value into ``fresh``; how many of these."""
-    row, columns = shape[1] * shape[2], shape[2]
-    deep = shape[1] > 1
-    count, new = 0, 0
-    for parent in covered:
-        i, m, c = parent // row, (parent // columns) % shape[1], parent % columns
-        for a in range(2):
-            for b in range(2 if deep else 1):
-                for d in range(2):
-                    child = ((2 * i + a) * below[1] + (2 * m + b if deep else 0)) * below[2]
-                    child += 2 * c + d
-                    if marks[child] & known == 0:
-                        fresh[new] = child
-                        new += 1
-                    marks[child] |= held
-                    born[count] = child
-                    count += 1
-    return new
-
-
-@njit(cache=True, nogil=True)
 def hand_down(pairs, under, field, coarse):
     """Values at nodes of a level to those of the coarser one at the same places."""
     for n in range(len(pairs)):

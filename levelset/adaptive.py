@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.band import Band
-from levelset.given import check_state
+from levelset.given import check_adaptive, check_state
 from levelset.interface import AdaptiveInterface, Interface
 from levelset.lookup import Lattice, places
 from levelset.profile import LEVEL, profile
-from levelset.pyramid import Pyramid, levels_at, remeshed, started, to_uniform
+from levelset.pyramid import Pyramid, at_nodes, levels_at, remeshed, started, to_uniform
 from levelset.pyramid_measures import pyramid_measures
 from levelset.redistancing import redistance
 from levelset.seams import image_distance
@@ -54,6 +54,7 @@ class AdaptiveLevelSet(ParticleLevelSet):
 
     def __post_init__(self) -> None:
         """Refuse settings that cannot be computed with."""
+        check_adaptive(self.grid, "AdaptiveLevelSet", "ParticleLevelSet")
         super().__post_init__()
         if self.remeshing == "never":
             raise InputError(
@@ -132,8 +133,7 @@ class AdaptiveLevelSet(ParticleLevelSet):
 
     def to_uniform(self, state: Interface, level: int | None = None) -> Array:
         """The level set on all nodes of a level, the finest by default: level beyond the band."""
-        asked = self.mesh.levels if level is None else level
-        return to_uniform(self.pyramid(state), asked, LEVEL * self.reach, threads=self.threads)
+        return to_uniform(self.pyramid(state), level, LEVEL * self.reach, threads=self.threads)
 
     def fields(self, state: Interface) -> Mapping[str, Array]:
         """The level set on all nodes of the finest grid, and the level of the particles there.
@@ -141,7 +141,7 @@ class AdaptiveLevelSet(ParticleLevelSet):
         Level l holds for 2^(levels - l) nodes along each axis from a particle on; -1 where there
         is none.
         """
-        levels: Array = levels_at(self.pyramid(state), self.mesh.levels).astype(np.float32)
+        levels: Array = levels_at(self.pyramid(state)).astype(np.float32)
         return {"level_set": self.to_uniform(state), "level": levels}
 
     def ledger(self, state: Interface) -> Mapping[str, float]:
@@ -198,10 +198,4 @@ class AdaptiveLevelSet(ParticleLevelSet):
         if isinstance(shape, Shape):
             return lambda at: image_distance(shape, self.finest, np.ascontiguousarray(at.T))
         known = redistance(shape, self.finest, width=self.reach, threads=self.threads)
-        start = np.array(self.finest.origin)
-
-        def at_nodes(at: Array) -> Array:
-            indices = np.rint((at - start) / self.finest.spacing).astype(np.int64)
-            return np.asarray(known[tuple(indices.T)])
-
-        return at_nodes
+        return at_nodes(known, self.finest)

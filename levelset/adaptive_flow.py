@@ -12,9 +12,17 @@ from numpy.typing import NDArray
 from levelset.band import Band
 from levelset.curvature_flow import CurvatureFlow, CurvatureState, crossed
 from levelset.floors import Floor
-from levelset.given import check_ends, check_grid, check_state, level_set, precision_asked
+from levelset.given import (
+    check_adaptive,
+    check_ends,
+    check_grid,
+    check_state,
+    level_set,
+    precision_asked,
+)
+from levelset.interface import ByLevel
 from levelset.lookup import places
-from levelset.pyramid import Pyramid, to_uniform
+from levelset.pyramid import Pyramid, at_nodes, levels_at, to_uniform
 from levelset.pyramid_measures import pyramid_measures
 from levelset.redistancing import redistance
 from levelset.shape import Shape
@@ -30,7 +38,7 @@ Nodes = NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class AdaptiveCurvatureState:
+class AdaptiveCurvatureState(ByLevel):
     """A level set on its way, on the nodes of all levels; all that a restart needs.
 
     Those of level 0 cover the box. Where a finer level has nodes the coarser one keeps its own.
@@ -43,20 +51,6 @@ class AdaptiveCurvatureState:
     nodes: Nodes  # of each level's own grid, ascending; the coarsest level first
     values: Array  # phi there, negative inside [L]; not a distance
     starts: tuple[int, ...]  # nodes starts[l] to starts[l + 1] - 1 are of level l
-
-    @property
-    def size(self) -> int:
-        """Number of active nodes: each place counts once, on its finest level."""
-        return int(len(self.nodes) - (len(self.nodes) - self.starts[1]) // 2**self.mesh.ndim)
-
-    def of(self, level: int) -> slice:
-        """The nodes of a level."""
-        return slice(self.starts[level], self.starts[level + 1])
-
-    @property
-    def finest(self) -> int:
-        """The finest level that has nodes."""
-        return int(np.flatnonzero(np.diff(self.starts))[-1])
 
     @property
     def counts(self) -> tuple[int, ...]:
@@ -83,7 +77,8 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
     kind: ClassVar[type] = AdaptiveCurvatureState
 
     def _check_mesh(self) -> None:
-        """Refuse a cap on blocks, and a mesh whose wavelets do not keep the order."""
+        """Refuse what is no such mesh, a cap on blocks, and wavelets that lose the order."""
+        check_adaptive(self.grid, "AdaptiveCurvatureFlow", "CurvatureFlow")
         check_grid(self.mesh.grid)
         if len(get_wavelet(self.mesh.wavelet).predict) != 4:
             raise InputError(
@@ -151,26 +146,11 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
 
     def to_uniform(self, state: CurvatureState, level: int | None = None) -> Array:
         """phi on all nodes of a level, the finest by default."""
-        asked = self.mesh.levels if level is None else level
-        return to_uniform(self.pyramid(state), asked, np.inf, threads=self.threads)
+        return to_uniform(self.pyramid(state), level, np.inf, threads=self.threads)
 
     def levels(self, state: CurvatureState, level: int | None = None) -> NDArray[np.uint8]:
         """The finest level that has nodes, on all nodes of a level; the finest by default."""
-        own = self._own(state)
-        asked = self.mesh.levels if level is None else level
-        result = np.zeros(self.mesh.level_grid(asked).shape, np.uint8)
-        for finer in range(1, self.mesh.levels + 1):
-            shape = self.mesh.level_grid(finer).shape
-            at = np.array(np.unravel_index(own.nodes[own.of(finer)], shape))
-            if finer >= asked:
-                result[tuple(at >> (finer - asked))] = finer
-                continue
-            there = np.zeros(shape, bool)
-            there[tuple(at)] = True
-            for axis in range(self.mesh.ndim):
-                there = there.repeat(2 ** (asked - finer), axis=axis)
-            result[there] = finer
-        return result
+        return levels_at(self.pyramid(state), level).astype(np.uint8)
 
     def ledger(self, state: CurvatureState) -> dict[str, float]:
         """``volume``, ``area``, least phi; nodes, active ones, how few, and how fine they are."""
@@ -203,13 +183,7 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
         grid = self.mesh.grid
         given = level_set(surface, grid)
         known = redistance(given, grid, threads=self.threads)
-        start = np.array(grid.origin)
-
-        def at_nodes(at: Array) -> Array:
-            indices = np.rint((at - start) / grid.spacing).astype(np.int64)
-            return np.asarray(known[tuple(indices.T)])
-
-        return at_nodes, given
+        return at_nodes(known, grid), given
 
 
 def _state(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -59,14 +60,14 @@ class Floor:
         )
         self.asked = asked[:count]
 
-    def ground(self, width: float, more: int) -> Band:
+    def ground(self, width: float, more: int) -> Nodes:
         """The band of the coarsest level: around all of the interface."""
         nodes = np.concatenate(self.nodes)
         band = around(nodes, self.field, self.marks, self.grid, width, more, self.asked)
         self.marks[band.nodes] = _pyramid.HELD
         self.marks[nodes] |= _pyramid.FOUND
         self.nodes.append(band.nodes)
-        return band
+        return band.nodes
 
     def details(
         self, nodes: Nodes, known: int, predict: Array, under: Floor | None = None
@@ -115,24 +116,28 @@ class Floor:
         count = _pyramid.keep_known(wide, total, half, self.shape, self.wraps, self.marks, kept)
         return kept[:count]
 
-    def bear(
-        self, covered: Nodes, above: Floor, predict: Array, exact: Callable[[Array], Array] | None
-    ) -> Band:
-        """The band of the next level: the children of these nodes, interpolated where not known."""
+    def bear(self, covered: Nodes, above: Floor, fill: Callable[[Nodes], None]) -> Nodes:
+        """The band of the next level: the children of these nodes; new ones are to be filled."""
         count = len(covered) * 2**self.grid.ndim
-        born, fresh = np.empty(count, np.int64), np.empty(count, np.bool_)
-        _pyramid.bear(
-            covered, self.field, self.shape, self.wraps, predict, above.shape, above.field,
-            above.marks, born, fresh,
-        )  # fmt: skip
+        born, fresh = np.empty(count, np.int64), np.empty(count, np.int64)
+        new = _pyramid.bear(covered, self.shape, above.shape, above.marks, born, fresh)
+        fill(fresh[:new])
         above.nodes.append(born)
-        if exact is not None:
-            above.field[born[fresh]] = exact(places(above.grid, born[fresh]))
         columns = above.grid.shape[-1]
         nodes = np.empty(count, np.int64)
         starts = np.zeros(above.grid.size // columns + 1, np.int64)
         _layers.order(born, count, columns, starts, nodes)
-        return Band(above.grid, nodes, above.field[nodes])
+        return nodes
+
+    def interpolate(self, above: Floor, predict: Array, nodes: Nodes) -> None:
+        """Values at nodes of the next level, none beyond those nearest around it."""
+        _pyramid.interpolate(
+            nodes, self.field, self.shape, self.wraps, predict, above.shape, above.field
+        )
+
+    def evaluate(self, exact: Callable[[Array], Array], nodes: Nodes) -> None:
+        """Values at nodes of this level as a law gives them at places (n, ndim)."""
+        self.field[nodes] = exact(places(self.grid, nodes))
 
     def close(self) -> None:
         """Let others use the scratch."""
@@ -140,6 +145,34 @@ class Floor:
             self.marks[nodes] = 0
         give_back("marks", self.marks)
         give_back("field", self.field)
+
+
+def grown(
+    mesh: AdaptiveMesh,
+    floors: Sequence[Floor],
+    bounds: Sequence[Sequence[float]],
+    layers: int,
+    ground: Callable[[], Nodes],
+    fill: Callable[[int, Nodes], None],
+) -> list[Nodes]:
+    """The nodes of all levels, from the coarsest up, as details ask.
+
+    ``bounds`` of each level: details below the first are let go, beyond the second refined.
+    ``layers`` of nodes around those to be refined have finer ones too. ``ground`` gives the
+    nodes of the coarsest level, ``fill`` a value to nodes that are new on a level.
+    """
+    predict = predicts(mesh)
+    for level in range(mesh.levels, 0, -1):
+        floors[level - 1].take(floors[level], bounds[level][0], predict)
+    found = [ground()]
+    for level in range(mesh.levels):
+        here, above = floors[level], floors[level + 1]
+        under = floors[level - 1] if level else None
+        near, rough = here.details(found[-1], _pyramid.HELD, predict, under)
+        here.ask(near, rough, bounds[level], above)
+        covered = here.covered(len(found[-1]), layers, len(predict) // 2)
+        found.append(here.bear(covered, above, partial(fill, level + 1)))
+    return found
 
 
 def bands(
@@ -155,19 +188,26 @@ def bands(
     new on a level take the values that ``exact`` gives at places (n, ndim), else are interpolated
     from the coarser level.
     """
-    predict = np.array([float(w) for w in get_wavelet(mesh.wavelet).predict])
+    predict = predicts(mesh)
+    bounds = [[part * width / floor.grid.spacing for part in mesh.thresholds] for floor in floors]
     layers = (more + 3) // 2  # what the kernel reads, drawn together by half, over two
-    sizes = [[part * width / floor.grid.spacing for part in mesh.thresholds] for floor in floors]
-    for level in range(mesh.levels, 0, -1):
-        floors[level - 1].take(floors[level], sizes[level][0], predict)
-    found = [floors[0].ground(width, more)]
-    for level in range(mesh.levels):
-        here, above = floors[level], floors[level + 1]
-        under = floors[level - 1] if level else None
-        near, rough = here.details(found[-1].nodes, _pyramid.HELD, predict, under)
-        here.ask(near, rough, sizes[level], above)
-        covered = here.covered(len(found[-1].nodes), layers, len(predict) // 2)
-        found.append(here.bear(covered, above, predict, exact))
+
+    def fill(level: int, nodes: Nodes) -> None:
+        if exact is None:
+            floors[level - 1].interpolate(floors[level], predict, nodes)
+        else:
+            floors[level].evaluate(exact, nodes)
+
+    found = grown(mesh, floors, bounds, layers, lambda: floors[0].ground(width, more), fill)
+    result = tuple(
+        Band(floor.grid, nodes, floor.field[nodes])
+        for floor, nodes in zip(floors, found, strict=True)
+    )
     for floor in floors:
         floor.close()
-    return tuple(found)
+    return result
+
+
+def predicts(mesh: AdaptiveMesh) -> Array:
+    """The weights by which the mesh's wavelet interpolates midway between nodes."""
+    return np.array([float(w) for w in get_wavelet(mesh.wavelet).predict])

@@ -27,6 +27,14 @@ def check_grid(grid: Grid) -> None:
         )
 
 
+def check_adaptive(mesh: object, recipe: str, either: str) -> None:
+    """Refuse what is no adaptive mesh; the recipe ``either`` takes grids as well."""
+    if not isinstance(mesh, AdaptiveMesh):
+        raise InputError(
+            f"{recipe} needs an AdaptiveMesh, got {mesh!r:.60}", hint=f"{either}(grid=...)"
+        )
+
+
 def level_set(surface: Shape | Array, grid: Grid) -> Array:
     """phi of a shape, its distance, or as given on the nodes, checked; at every node of the box.
 

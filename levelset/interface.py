@@ -35,8 +35,30 @@ class Interface:
         return len(self.nodes)
 
 
+class ByLevel:
+    """Base of states whose nodes are those of several levels, one after the other."""
+
+    mesh: AdaptiveMesh
+    nodes: Nodes  # of each level's own grid, the coarsest level first
+    starts: tuple[int, ...]  # nodes starts[l] to starts[l + 1] - 1 are of level l
+
+    @property
+    def size(self) -> int:
+        """Number of active nodes: each place counts once, on its finest level."""
+        return int(len(self.nodes) - (len(self.nodes) - self.starts[1]) // 2**self.mesh.ndim)
+
+    def of(self, level: int) -> slice:
+        """The nodes of a level."""
+        return slice(self.starts[level], self.starts[level + 1])
+
+    @property
+    def finest(self) -> int:
+        """The finest level that has nodes."""
+        return int(np.flatnonzero(np.diff(self.starts)).max(initial=0))
+
+
 @dataclass(frozen=True, kw_only=True)
-class AdaptiveInterface(Interface):
+class AdaptiveInterface(ByLevel, Interface):
     """An interface on particles of several spacings: those of each level, the coarsest first.
 
     ``nodes`` are those of the level's own grid, ascending within each level. Where a finer level
@@ -45,17 +67,3 @@ class AdaptiveInterface(Interface):
 
     mesh: AdaptiveMesh
     starts: tuple[int, ...]  # particles starts[l] to starts[l + 1] - 1 are of level l
-
-    @property
-    def size(self) -> int:
-        """Number of active particles: each place counts once, on its finest level."""
-        return int(len(self.nodes) - (len(self.nodes) - self.starts[1]) // 2**self.mesh.ndim)
-
-    def of(self, level: int) -> slice:
-        """The particles of a level."""
-        return slice(self.starts[level], self.starts[level + 1])
-
-    @property
-    def finest(self) -> int:
-        """The finest level that has particles."""
-        return int(np.flatnonzero(np.diff(self.starts)).max(initial=0))

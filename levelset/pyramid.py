@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 from levelset import _pyramid
 from levelset.band import Band
-from levelset.floors import Floor, bands
+from levelset.floors import Floor, bands, predicts
 from levelset.lookup import Lattice, places
 from levelset.nodal import axes
 from levelset.profile import LEVEL
 from remesh.errors import InputError
+from remesh.grid import Grid
 from remesh.kernels import Kernel, get_kernel
 from remesh.layout import split, tables
 from remesh.multires.mesh import AdaptiveMesh
-from remesh.multires.wavelets import get_wavelet
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -105,15 +105,29 @@ def started(
     return Pyramid(mesh, bands(mesh, floors, width, more, exact))
 
 
-def to_uniform(pyramid: Pyramid, level: int, beyond: float, *, threads: int | None = None) -> Array:
-    """The level set on all nodes of a level: its own values, else those of coarser ones.
+def at_nodes(known: Array, grid: Grid) -> Callable[[Array], Array]:
+    """The law that gives what is known on the nodes of a grid, at places (n, ndim) of these."""
+    start = np.array(grid.origin)
 
-    ``beyond``: its size away from the interface. Nodes without a value are interpolated.
+    def law(at: Array) -> Array:
+        indices = np.rint((at - start) / grid.spacing).astype(np.int64)
+        return np.asarray(known[tuple(indices.T)])
+
+    return law
+
+
+def to_uniform(
+    pyramid: Pyramid, level: int | None, beyond: float, *, threads: int | None = None
+) -> Array:
+    """The level set on all nodes of a level, None: the finest: its values, else coarser ones'.
+
+    ``beyond``: its size away from the interface. Nodes without a value are interpolated. Refuses
+    levels that the mesh has not.
     """
     mesh = pyramid.mesh
-    predict = np.array([float(w) for w in get_wavelet(mesh.wavelet).predict])
+    predict = predicts(mesh)
     field = pyramid.bands[0].filled(beyond)
-    for finer in range(1, level + 1):
+    for finer in range(1, mesh.checked_level(level) + 1):
         band = pyramid.bands[finer]
         shape, wraps = axes(mesh.level_grid(finer - 1))
         below, _ = axes(band.grid)
@@ -128,13 +142,20 @@ def to_uniform(pyramid: Pyramid, level: int, beyond: float, *, threads: int | No
     return field
 
 
-def levels_at(pyramid: Pyramid, level: int) -> NDArray[np.int8]:
-    """The finest level up to this one that has a node at each node of it, or under it; else -1."""
-    first = pyramid.bands[0]
+def levels_at(pyramid: Pyramid, level: int | None = None) -> NDArray[np.int8]:
+    """The finest level that has a node at each node of a level, within its cell, or under it.
+
+    By default on the finest; -1 where no level has one. Refuses levels that the mesh has not.
+    """
+    asked, first = pyramid.mesh.checked_level(level), pyramid.bands[0]
     result = np.full(first.grid.shape, -1, np.int8)
     result.reshape(-1)[first.nodes] = 0
-    for finer in range(1, level + 1):
-        for axis in range(result.ndim):
-            result = np.repeat(result, 2, axis=axis)
-        result.reshape(-1)[pyramid.bands[finer].nodes] = finer
+    for finer, band in enumerate(pyramid.bands[1:], 1):
+        if finer <= asked:
+            for axis in range(result.ndim):
+                result = np.repeat(result, 2, axis=axis)
+            result.reshape(-1)[band.nodes] = finer
+        else:
+            at = np.array(np.unravel_index(band.nodes, band.grid.shape))
+            result[tuple(at >> (finer - asked))] = finer
     return result

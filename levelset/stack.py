@@ -8,14 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset import _layers, _pyramid, _stack
+from levelset import _pyramid, _stack
 from levelset.band import Band
-from levelset.floors import Floor
-from levelset.lookup import places
+from levelset.floors import Floor, grown, predicts
 from levelset.stages import stage_count, stages
 from remesh.layout import split
 from remesh.multires.mesh import AdaptiveMesh
-from remesh.multires.wavelets import get_wavelet
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
@@ -46,46 +44,27 @@ class Stack:
         threads: int | None = None,
     ) -> None:
         self.mesh, self.floors, self.threads = mesh, floors, thread_count(threads)
-        self.predict = np.array([float(w) for w in get_wavelet(mesh.wavelet).predict])
+        self.predict = predicts(mesh)
         self.tables = [_tables(floor) for floor in floors]
         self.nodes = self._adapt(exact)
 
     def _adapt(self, exact: Callable[[Array], Array] | None) -> list[Nodes]:
         """The nodes of all levels that the contour needs now; new ones interpolated, or exact."""
-        coarsen, refine = self.mesh.thresholds
-        floors = self.floors
-        for level in range(self.mesh.levels, 0, -1):
-            floors[level - 1].take(floors[level], coarsen, self.predict)
-        floors[0].marks |= np.uint8(_pyramid.FOUND | _pyramid.HELD)
-        found = [np.arange(floors[0].grid.size)]
-        for level in range(self.mesh.levels):
-            here, above = floors[level], floors[level + 1]
-            under = floors[level - 1] if level else None
-            near, rough = here.details(found[-1], _pyramid.HELD, self.predict, under)
-            here.ask(near, rough, (coarsen, refine), above)
-            covered = here.covered(len(found[-1]), LAYERS, len(self.predict) // 2)
-            found.append(self._bear(level, covered, exact))
-        return found
 
-    def _bear(self, level: int, covered: Nodes, exact: Callable[[Array], Array] | None) -> Nodes:
-        """The nodes of the next level over these, ascending."""
-        here, above = self.floors[level], self.floors[level + 1]
-        count = len(covered) * 2**self.mesh.ndim
-        born, fresh = np.empty(count, np.int64), np.empty(count, np.int64)
-        new = _stack.bear(
-            covered, here.shape, above.shape, above.marks, _pyramid.FOUND, _pyramid.HELD,
-            born, fresh,
-        )  # fmt: skip
-        if exact is None:
-            self._prolong(level + 1, fresh[:new])
-        else:
-            above.field[fresh[:new]] = exact(places(above.grid, fresh[:new]))
-        above.nodes.append(born)
-        columns = above.grid.shape[-1]
-        nodes = np.empty(count, np.int64)
-        starts = np.zeros(above.grid.size // columns + 1, np.int64)
-        _layers.order(born, count, columns, starts, nodes)
-        return nodes
+        def fill(level: int, nodes: Nodes) -> None:
+            if exact is None:
+                self._prolong(level, nodes)
+            else:
+                self.floors[level].evaluate(exact, nodes)
+
+        bounds = [self.mesh.thresholds] * len(self.floors)
+        return grown(self.mesh, self.floors, bounds, LAYERS, self._ground, fill)
+
+    def _ground(self) -> Nodes:
+        """The nodes of the coarsest level: all."""
+        ground = self.floors[0]
+        ground.marks |= np.uint8(_pyramid.FOUND | _pyramid.HELD)
+        return np.arange(ground.grid.size)
 
     def _prolong(self, level: int, nodes: Nodes) -> None:
         """Values at nodes of a level, interpolated from the next coarser one."""

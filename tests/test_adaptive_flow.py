@@ -1,5 +1,7 @@
 """Laws of motion by mean curvature on adaptive meshes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -242,3 +244,14 @@ def test_a_state_of_another_kind_or_mesh_is_refused():
         for ask in (flow.limit, flow.ledger, lambda given, flow=flow: flow.step(given, 1e-4)):
             with pytest.raises(InputError, match=words):
                 ask(given)
+
+
+def test_the_adaptive_recipe_refuses_a_uniform_grid_and_levels_that_the_mesh_has_not():
+    flow = CurvatureFlow(grid=mesh_of(2, 64))
+    with pytest.raises(InputError, match=r"needs an AdaptiveMesh, got Grid\("):
+        replace(flow, grid=Grid((64, 64), 1 / 64))
+    state = flow.start(Disk(0.3))
+    for level in (-1, 9):
+        for ask in (flow.to_uniform, flow.levels):
+            with pytest.raises(InputError, match="level must be a whole number"):
+                ask(state, level)

@@ -303,3 +303,18 @@ def test_tools_do_not_cut_what_an_adaptive_mesh_carries():
     carrier = ParticleLevelSet(**SETTINGS)
     with pytest.raises(InputError, match="tools cut on a uniform grid"):
         Cutting(carrier=carrier, tools=Tool(shape=Disk(0.1), shift=lambda t: (t, 0.5)))
+
+
+def test_the_adaptive_recipe_refuses_a_uniform_grid():
+    with pytest.raises(InputError, match=r"needs an AdaptiveMesh, got Grid\("):
+        AdaptiveLevelSet(**(SETTINGS | {"grid": Grid((64, 64), 1 / 64)}))
+    with pytest.raises(InputError, match="needs an AdaptiveMesh"):
+        replace(ParticleLevelSet(**SETTINGS), grid=Grid((64, 64), 1 / 64))
+
+
+def test_levels_that_the_mesh_has_not_are_refused():
+    flow = ParticleLevelSet(**SETTINGS)
+    state = flow.start(Disk(0.2, center=(0.5, 0.5)))
+    for level in (-1, 3, 0.5):
+        with pytest.raises(InputError, match="level must be a whole number"):
+            flow.to_uniform(state, level)

@@ -51,13 +51,13 @@ def test_born_nodes_interpolate_cubics_exactly_and_found_ones_keep_their_values(
     found = np.ravel_multi_index(([13],) * ndim, high.shape)
     fine = Floor(high, found, np.array([7.0]))
     inner = np.all([(p > 2) & (p < 12) for p in np.unravel_index(every, low.shape)], axis=0)
-    band = coarse.bear(every[inner], fine, PREDICT, None)
-    assert len(band.nodes) == inner.sum() * 2**ndim
-    assert (np.diff(band.nodes) > 0).all()
-    known = np.isin(band.nodes, found)
-    exact = cubic(places(high, band.nodes))
-    np.testing.assert_allclose(band.values[~known], exact[~known], rtol=1e-13)
-    assert band.values[known].tolist() == [7.0]
+    nodes = coarse.bear(every[inner], fine, lambda new: coarse.interpolate(fine, PREDICT, new))
+    assert len(nodes) == inner.sum() * 2**ndim
+    assert (np.diff(nodes) > 0).all()
+    known = np.isin(nodes, found)
+    exact = cubic(places(high, nodes))
+    np.testing.assert_allclose(fine.field[nodes[~known]], exact[~known], rtol=1e-13)
+    assert fine.field[nodes[known]].tolist() == [7.0]
     fine.close()
     coarse.close()
 
