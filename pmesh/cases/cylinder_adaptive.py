@@ -46,7 +46,7 @@ class CylinderAdaptive(Cylinder):
         1e-6, "slip residual of the penalisation; the mesh has --mesh-tolerance", unit="U"
     )
     mesh_tolerance: float = option(
-        3e-4, "details below it are let go, relative to the largest vorticity"
+        1e-4, "details below it are let go, relative to the largest vorticity"
     )
     levels: int | None = option(
         None, "how often the finest mesh can be halved; fitting if not given"
