@@ -325,8 +325,8 @@ FAULTS = [
     ),
     Fault(
         "no margin around the coarsest level", "pmesh/spectral/corrections.py",
-        "((0, 0) if p else (MARGIN, MARGIN) for p in periodic)])",
-        "((0, 0) if p else (0, 2 * MARGIN) for p in periodic)])", "corrections",
+        "margins = [(0, 0) if p else (MARGIN, MARGIN) for p in periodic]",
+        "margins = [(0, 0) if p else (0, 2 * MARGIN) for p in periodic]", "corrections",
     ),
     Fault(
         "a coarse velocity that is not the fine one's", "pmesh/spectral/corrections.py",
