@@ -150,8 +150,18 @@ def test_blocks_and_their_fields_come_back_bit_for_bit(tmp_path, mesh, dtype):
     for name, field in fields.items():
         assert shot.on_blocks(name).dtype == dtype
         assert np.array_equal(shot.on_blocks(name), field)
-        assert np.array_equal(shot[name], to_uniform(field, state.blocks))
+        assert np.array_equal(shot[name], to_uniform(field, state.blocks, outside="last"))
     assert shot.grid == mesh.grid
+
+
+@pytest.mark.parametrize("mesh", [PLANE, SPACE], ids=["plane", "space"])
+def test_a_free_stream_is_shown_as_it_is_up_to_unbounded_ends_which_finer_blocks_touch(
+    tmp_path, mesh
+):
+    blocks = Blocks.uniform(mesh).joined(2, np.zeros((1, mesh.ndim), np.int64))
+    one = np.ones((mesh.ndim, *blocks.shape))
+    shot = write_blocks(tmp_path / "one.vtkhdf", blocks, {"velocity": one}, 0, 0.0)
+    assert abs(shot["velocity"] - 1).max() < 1e-12
 
 
 @pytest.mark.parametrize("mesh", [PLANE, SPACE], ids=["plane", "space"])

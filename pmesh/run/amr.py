@@ -25,7 +25,7 @@ from pmesh.run.rundir import FIELDS, SNAPSHOTS
 from pmesh.run.snapshots import LIBRARY, Names, Snapshot
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.multires.blocks import OUTSIDE, Blocks
+from remesh.multires.blocks import Blocks
 from remesh.multires.mesh import AdaptiveMesh
 
 if TYPE_CHECKING:
@@ -69,7 +69,8 @@ class AdaptiveSnapshot(Snapshot):
         """A field on the nodes of ``grid``."""
         from remesh.multires.uniform import to_uniform
 
-        return to_uniform(self.on_blocks(name), self.blocks, _uniform_level(self.blocks.mesh))
+        level = _uniform_level(self.blocks.mesh)
+        return to_uniform(self.on_blocks(name), self.blocks, level, outside="last")
 
 
 def write_blocks(
@@ -186,15 +187,7 @@ def _points(field: NDArray[Any], blocks: Blocks) -> NDArray[Any]:
     mesh = blocks.mesh
     kept = field.dtype if field.dtype.kind == "f" else np.dtype(np.float32)
     upper: Any = (..., *(slice(1, None),) * mesh.ndim)
-    values = padded(field.astype(kept, copy=False), blocks, 1)[upper]
-    for axis in range(mesh.ndim):  # beyond an unbounded end a field is shown as it is at the end
-        step = [0] * mesh.ndim
-        step[axis] = 1
-        middle = int(np.ravel_multi_index([1 + s for s in step], (3,) * mesh.ndim))
-        last = blocks.neighbours[:, middle] == OUTSIDE
-        along = np.moveaxis(values, axis - mesh.ndim, -1)
-        moved = np.moveaxis(along, field.ndim - mesh.ndim - 1, 0)
-        moved[last, ..., -1] = moved[last, ..., -2]
+    values = padded(field.astype(kept, copy=False), blocks, 1, outside="last")[upper]
     first = values.ndim - mesh.ndim
     values = values.transpose(*range(first), *reversed(range(first, values.ndim)))
     if mesh.ndim == 2:

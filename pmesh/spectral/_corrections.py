@@ -13,15 +13,7 @@ from numba import njit
 
 from remesh.compiled import drop_stale
 from remesh.multires import _ghosts
-from remesh.multires._ghosts import (
-    ABSENT,
-    OUTSIDE,
-    copy,
-    has_jump,
-    lattice,
-    scratch,
-    subdivide,
-)
+from remesh.multires._ghosts import ABSENT, copy, extend, has_jump, lattice, scratch, subdivide
 
 CHUNK = 4  # taps applied in one pass
 
@@ -266,30 +258,6 @@ def add(values, target):
     """Values onto others."""
     for i in range(target.size):
         target[i] += values[i]
-
-
-@njit(cache=True, nogil=True)
-def extend(nodes, around, before, half):
-    """Go on beyond unbounded ends by cubics, one axis after the other."""
-    middle = around.size // 2
-    low, high = before, before + half - 1
-    if nodes.shape[0] > 1:
-        go_on(nodes, low, high, around[middle - 9] == OUTSIDE, around[middle + 9] == OUTSIDE)
-    for plane in nodes:
-        go_on(plane, low, high, around[middle - 3] == OUTSIDE, around[middle + 3] == OUTSIDE)
-        turned = plane.T
-        go_on(turned, low, high, around[middle - 1] == OUTSIDE, around[middle + 1] == OUTSIDE)
-
-
-@njit(cache=True, nogil=True)
-def go_on(rows, low, high, below, above):
-    """Rows before ``low`` and after ``high`` by cubics through the four next to them."""
-    if below:
-        for i in range(low - 1, -1, -1):
-            rows[i] = 4 * (rows[i + 1] + rows[i + 3]) - 6 * rows[i + 2] - rows[i + 4]
-    if above:
-        for i in range(high + 1, rows.shape[0]):
-            rows[i] = 4 * (rows[i - 1] + rows[i - 3]) - 6 * rows[i - 2] - rows[i - 4]
 
 
 @njit(cache=True, nogil=True)

@@ -315,7 +315,7 @@ class AdaptiveEngine(Engine[AdaptiveState]):
             range(first, first + n)
             for first, n in zip(self._first_node(wall.grid), wall.grid.shape, strict=True)
         )
-        return smoothed(to_uniform(velocity, blocks, region=box))
+        return smoothed(to_uniform(velocity, blocks, region=box, outside="last"))
 
     def _with(self, vorticity: Array, blocks: Blocks, created: Array, wall: Wall) -> Array:
         """The vorticity and what a wall created on its mesh."""

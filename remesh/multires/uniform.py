@@ -134,8 +134,9 @@ def _extended(inner: Array, start: Whole, first: Whole, shape: Whole) -> Array:
     result = np.empty((len(inner), *(high - low)), inner.dtype)
     parts = [slice(a, a + n) for a, n in zip(start - low, inner.shape[1:], strict=True)]
     result[(slice(None), *parts)] = inner
-    for axis, part in enumerate(parts, 1):
-        _go_on(np.moveaxis(result, axis, 0), part.start, part.stop)
+    with np.errstate(over="ignore", invalid="ignore"):  # as the compiled loops: any values pass
+        for axis, part in enumerate(parts, 1):
+            _go_on(np.moveaxis(result, axis, 0), part.start, part.stop)
     wanted = (slice(a, a + n) for a, n in zip(first - low, shape, strict=True))
     return np.ascontiguousarray(result[(slice(None), *wanted)])
 
