@@ -49,8 +49,8 @@ for state in states:
 
 @styled
 def draw():
-    figure = Figure(figsize=(9.6, 6.2), layout="constrained")
-    axes = figure.subplot_mosaic("abe;cde")
+    figure = Figure(figsize=(9.4, 6.0), layout="constrained")
+    axes = figure.subplot_mosaic("abe;cde", width_ratios=(1.0, 1.0, 0.85))
     for panel in axes.values():
         panel.set_axis_off()
     for name, state in zip("abcd", states, strict=False):

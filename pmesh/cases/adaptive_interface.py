@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from levelset.transport import ParticleLevelSet
+from pmesh.cases.active import active_nodes
 from pmesh.cases.case import Outcome
 from pmesh.cases.deformation import BACK, DEFORMED, KEPT, Reversed, ReversedCase
 from pmesh.cases.options import option
@@ -196,15 +197,8 @@ def _run_of(case: Reversed) -> Run:
 
 def active_particles(shot: Snapshot, levels: int) -> tuple[NDArray[Any], NDArray[np.int64]]:
     """Where the active particles of a snapshot are (n, ndim) [L], and their levels."""
-    known = np.asarray(shot["level"])
-    kept = []
-    for level in range(levels + 1):
-        part = 2 ** (levels - level)
-        every = known[(slice(None, None, part),) * known.ndim]
-        kept.append(np.stack([*(part * i for i in np.nonzero(every == level)),
-                              np.full((every == level).sum(), level)], axis=1))  # fmt: skip
-    found = np.concatenate(kept)
-    return np.array(shot.grid.origin) + shot.grid.spacing * found[:, :-1], found[:, -1]
+    nodes, known = active_nodes(np.asarray(shot["level"]), levels)
+    return np.array(shot.grid.origin) + shot.grid.spacing * nodes, known
 
 
 def draw_counts(panel: Axes, outcome: Outcome, mark: int, label: str) -> None:
@@ -240,7 +234,7 @@ def draw_study(panel: Axes, adaptive: dict[float, Run], uniform: dict[int, Run],
                      label=f"{label}, end")  # fmt: skip
         panel.loglog([row.most for row in rows], off, "o-", color=colour, label=f"{label}, most")
     panel.set(title=f"final error of the {name} [%]", xlabel="active particles")
-    panel.margins(y=0.45)
+    _make_room(panel, 0.6)
     panel.legend(loc="upper right", fontsize=5.5, ncols=2, handlelength=1.6, columnspacing=0.8)
 
 
@@ -260,6 +254,11 @@ def draw_errors(
     panel.set_xticks(tolerances, [f"{tolerance:g}" for tolerance in tolerances])
     panel.minorticks_off()
     panel.set(title="L1 error of the interface [L]", xlabel="tolerance")
+    _make_room(panel, 0.5)
+    panel.legend(loc="upper center", fontsize=6.5, ncols=2, columnspacing=0.8)
+
+
+def _make_room(panel: Axes, share: float) -> None:
+    """Leave room for a legend above logarithmic data: a share of their height."""
     low, high = panel.get_ylim()
-    panel.set_ylim(low, high * (high / low) ** 0.45)  # room for the legend
-    panel.legend(loc="upper left", fontsize=7)
+    panel.set_ylim(low, high * (high / low) ** share)
