@@ -314,8 +314,8 @@ FAULTS = [
     ),
     Fault(
         "all levels spread by the stencil of the finest", "remesh/multires/diffusion.py",
-        "stencil(variance / steps / h**2, reach) for h in",
-        "stencil(variance / steps / spacings[-1]**2, reach) for _ in",
+        "stencil(diffused / steps / h**2, reach) for h in",
+        "stencil(diffused / steps / spacings[-1]**2, reach) for _ in",
         "diffusion",
     ),
     Fault(
