@@ -88,6 +88,13 @@ def test_what_is_no_field_is_refused(tmp_path):
     with pytest.raises(StorageError, match="cannot read"):
         read_field(tmp_path / "b.npy")
     (tmp_path / "c.png").write_bytes(b"no picture")
+    np.savez_compressed(tmp_path / "f.npz", a=np.random.default_rng(1).normal(size=(40, 40)))
+    whole = (tmp_path / "f.npz").read_bytes()
+    middle = len(whole) // 2
+    for broken in (whole[:middle], whole[:middle] + bytes(400) + whole[middle + 400 :]):
+        (tmp_path / "f.npz").write_bytes(broken)
+        with pytest.raises(StorageError, match="cannot read"):
+            read_field(tmp_path / "f.npz")
     with pytest.raises(StorageError, match="cannot read"):
         read_field(tmp_path / "c.png")
     for bad in (np.ones(5), np.ones((2, 3)), np.ones((5, 6, 7, 8)), np.full((5, 5), "x")):

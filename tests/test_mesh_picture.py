@@ -5,6 +5,8 @@ import pytest
 from matplotlib.collections import LineCollection
 
 from pmesh.cases.mesh_picture import (
+    _faces,
+    _outer,
     cut,
     level_colours,
     mesh_figure,
@@ -106,3 +108,27 @@ def test_a_vector_field_is_refused():
     blocks, values = sampled(bump, PLANE)
     with pytest.raises(InputError, match="one scalar field"):
         mesh_figure(np.stack([values, values]), blocks)
+
+
+def test_the_outside_of_a_level_has_no_faces_between_whole_blocks_and_quadrants():
+    boxes = leaf_boxes(sampled(bump, SPACE)[0])
+    for level in np.unique(boxes.level):
+        own = boxes.level == level
+        low, high = boxes.low[own], boxes.high[own]
+        cell = SPACE.spacing(level) * SPACE.block / 2
+        region = np.zeros(np.array(SPACE.level_grid(level).shape) * 2 // SPACE.block + 2, bool)
+        for first, last in zip(np.rint(low / cell).astype(int), np.rint(high / cell).astype(int),
+                               strict=True):  # fmt: skip
+            region[tuple(slice(a + 1, b + 1) for a, b in zip(first, last, strict=True))] = True
+        exposed = sum(np.count_nonzero(np.diff(region, axis=axis)) for axis in range(3))
+        outer = _outer(_faces(low, high))
+        area = np.prod(np.where((side := np.ptp(outer, axis=1)) > 0, side, 1.0), axis=1).sum()
+        assert area == pytest.approx(exposed * cell**2)
+
+
+def test_a_quadrant_before_a_whole_block_leaves_three_quarters_of_its_face():
+    low, high = np.array([[0.0, 0, 0], [2, 0, 0]]), np.array([[2.0, 2, 2], [3, 1, 1]])
+    outer = _outer(_faces(low, high))
+    sizes = np.ptp(outer, axis=1).max(axis=1)
+    assert (sizes == 2).sum() == 5
+    assert (sizes == 1).sum() == 5 + 3

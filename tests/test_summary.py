@@ -6,6 +6,7 @@ import logging
 import math
 from pathlib import Path
 from time import sleep
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from toy import Decay
 
 from pmesh.run.loop import run
 from pmesh.run.progress import Progress, duration
+from pmesh.run.protocols import Moment
 from pmesh.run.summary import Cost, Metric, peak_memory, show, write_summary
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -101,6 +103,16 @@ def test_progress_off_a_terminal_is_one_log_line_now_and_then(
     with caplog.at_level(logging.INFO, "pmesh"):
         run(flow, flow.start(), until=0.2, watch=[Progress(stream=io.StringIO(), seconds=0.0)])
     assert any("(deformation)  0 s left" in line for line in caplog.messages)
+
+
+def test_progress_says_how_many_nodes_of_a_grid_are_moved(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    state = SimpleNamespace(time=0.0, step=0, size=609, grid=Grid((64, 32), 0.1))
+    moment = Moment(flow=None, state=state, dt=0.0, rule="start", until=1.0)
+    with caplog.at_level(logging.INFO, "pmesh"):
+        Progress(stream=io.StringIO()).open(moment)
+    assert caplog.messages == ["from t = 0 to t = 1, 609 of 64 x 32 nodes"]
 
 
 def test_a_first_step_that_compiles_does_not_count_as_the_pace_of_a_run(

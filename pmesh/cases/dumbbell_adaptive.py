@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.cases.active import active_nodes
 from pmesh.cases.case import Case, Outcome
 from pmesh.cases.dumbbell import MARGIN, STAGES, DumbbellCase, neck_of
 from pmesh.cases.options import option
@@ -267,16 +268,9 @@ def particles(field: NDArray[Any], grid: Grid, finest: int) -> tuple[Values, NDA
     ``field``: the level in use at the nodes of ``grid``, of the last level but one, ``finest - 1``.
     """
     cut = np.rint(field[:, :, field.shape[2] // 2]).astype(np.int64)
-    index = np.indices(cut.shape)
-    points, levels = [], []
-    for level in range(finest):
-        step = 2 ** (finest - 1 - level)
-        own = (cut == level) & (index % step == 0).all(axis=0)
-        points.append(index[:, own].T.astype(np.float64))
-        levels.append(np.full(int(own.sum()), level))
-    own = index[:, cut == finest].T
-    for shift in np.ndindex(2, 2):
-        points.append(own + 0.5 * np.array(shift))
-        levels.append(np.full(len(own), finest))
-    places = np.array(grid.origin)[:2] + grid.spacing * np.concatenate(points)
-    return places, np.concatenate(levels)
+    nodes, known = active_nodes(cut, finest - 1)
+    own = np.argwhere(cut == finest)
+    children = [own + 0.5 * np.array(shift) for shift in np.ndindex(2, 2)]
+    levels = np.concatenate([known, np.full(4 * len(own), finest)])
+    places = np.array(grid.origin)[:2] + grid.spacing * np.concatenate([nodes, *children])
+    return places, levels

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import zipfile
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +17,7 @@ ARRAYS = (".npy", ".npz")
 HDF5 = (".h5", ".hdf5", ".hdf")
 SNAPSHOTS = (".vtkhdf",)
 IMAGES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".gif", ".webp")
+DAMAGED = (OSError, ValueError, EOFError, KeyError, RuntimeError, zlib.error, zipfile.BadZipFile)
 LUMINANCE = (0.2126, 0.7152, 0.0722)  # of red, green and blue: ITU-R BT.709
 
 Field = tuple[NDArray[np.float64], Grid]
@@ -53,7 +56,7 @@ def _array(path: Path, kind: str, dataset: str) -> NDArray[Any]:
         if kind == ".npy":
             return np.asarray(np.load(path))
         if kind == ".npz":
-            with np.load(path) as found:
+            with path.open("rb") as whole, np.load(whole) as found:
                 return np.asarray(found[_chosen(path, list(found), dataset)])
         import h5py
 
@@ -61,7 +64,7 @@ def _array(path: Path, kind: str, dataset: str) -> NDArray[Any]:
             names: list[str] = []
             file.visititems(lambda name, item: names.append(name) if _holds(item) else None)
             return np.asarray(file[_chosen(path, names, dataset)][()])
-    except (OSError, ValueError, EOFError) as error:
+    except DAMAGED as error:
         if isinstance(error, InputError):
             raise
         raise StorageError(f"cannot read {path}: {error}", hint="a whole file") from error

@@ -199,7 +199,7 @@ def mesh_figure(
 
 @styled
 def mesh_history(values: Values, blocks: Blocks, series: Series) -> Figure:
-    """A field with its mesh, the longest of a vector; active nodes and compression over time."""
+    """A field with its mesh, the length of a vector; active nodes and compression over time."""
     from matplotlib.figure import Figure
 
     length = values if values.shape == blocks.shape else np.sqrt((values**2).sum(axis=0))
@@ -249,13 +249,30 @@ def _faces(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.fl
 
 
 def _outer(faces: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The faces that no two boxes share."""
-    middles = faces.mean(axis=1)
-    unit = float(np.abs(np.diff(faces, axis=1)).max(initial=1e-300))
-    _, first, count = np.unique(
-        np.rint(middles / unit * 64).astype(np.int64), axis=0, return_index=True, return_counts=True
-    )
-    return np.asarray(faces[first[count == 1]])
+    """The faces that no two boxes share: boxes of one size, or also such of half of it.
+
+    Of a large face that small ones cover in part, the quarters that they leave.
+    """
+    sides = np.abs(np.diff(faces, axis=1)).max(axis=(1, 2))
+    unit = float(sides.max(initial=1e-300))
+    large = sides > 0.75 * unit
+    if large.all():
+        return faces[_alone(faces, unit)]
+    quarters = 0.5 * (faces[large][:, :, None] + faces[large][:, None])  # (n, 4 corners, 4, 3)
+    parts = np.concatenate([faces[~large], quarters.reshape(-1, 4, 3)])
+    kept = _alone(parts, unit)
+    count = int(np.count_nonzero(~large))
+    rest = kept[count:].reshape(-1, 4)
+    whole = np.asarray(rest.all(axis=1))
+    left = rest & ~whole[:, None]
+    return np.concatenate([parts[:count][kept[:count]], faces[large][whole], quarters[left]])
+
+
+def _alone(faces: NDArray[np.float64], unit: float) -> NDArray[np.bool_]:
+    """Which faces no other one lies on."""
+    places = np.rint(faces.mean(axis=1) / unit * 64).astype(np.int64)
+    _, which, count = np.unique(places, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(count[which.reshape(-1)] == 1)
 
 
 def _window(blocks: Blocks, axis: int) -> Window:

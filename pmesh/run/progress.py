@@ -97,7 +97,10 @@ def _part(moment: Moment, start: float) -> float:
 
 
 def _nodes(moment: Moment) -> str:
-    return " x ".join(str(n) for n in moment.state.grid.shape) + " nodes"
+    """What a step moves; of less than all nodes of the grid, how many these are."""
+    grid, size = moment.state.grid, int(moment.state.size)
+    whole = " x ".join(str(n) for n in grid.shape) + " nodes"
+    return whole if size == grid.size else f"{size} of {whole}"
 
 
 def _bar(stream: IO[str]) -> Bar:

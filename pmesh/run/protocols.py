@@ -29,7 +29,7 @@ class State(Protocol):
 
     @property
     def grid(self) -> Grid:
-        """The mesh the fields live on; it may change from step to step."""
+        """The mesh the fields live on, of an adaptive one the finest; it may change on the way."""
 
     @property
     def size(self) -> int:
@@ -53,7 +53,10 @@ class Observable(Protocol[T_contra]):
         """Forces by name, empty without bodies; the same names for every state of a run."""
 
     def fields(self, state: T_contra) -> Mapping[str, NDArray[Any]]:
-        """Fields on ``state.grid`` by name: scalars ``shape``, vectors ``(ndim, *shape)``."""
+        """Fields by name: scalars ``shape``, vectors ``(ndim, *shape)``.
+
+        On the nodes of ``state.grid``; of a state that has ``blocks`` on those, with their shape.
+        """
 
 
 class Flow(Observable[S], Protocol[S]):
