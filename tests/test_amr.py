@@ -13,7 +13,13 @@ import pytest
 
 from pmesh.run.amr import AdaptiveSnapshot, write_blocks
 from pmesh.run.loop import run
-from pmesh.run.snapshots import Snapshots, read_snapshots, write_index, write_snapshot
+from pmesh.run.snapshots import (
+    Snapshots,
+    read_snapshot,
+    read_snapshots,
+    write_index,
+    write_snapshot,
+)
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.limit import Limit
@@ -21,6 +27,7 @@ from remesh.multires.blocks import Blocks
 from remesh.multires.mesh import AdaptiveMesh
 from remesh.multires.sampling import sampled
 from remesh.multires.uniform import to_uniform
+from remesh.multires.wavelets import WAVELETS, Wavelet
 
 PLANE = AdaptiveMesh(
     grid=Grid((128, 64), 1 / 64, (-0.5, 0.25)), levels=2, block=8, tolerance=2e-3, wavelet="4.2"
@@ -162,6 +169,23 @@ def test_a_free_stream_is_shown_as_it_is_up_to_unbounded_ends_which_finer_blocks
     one = np.ones((mesh.ndim, *blocks.shape))
     shot = write_blocks(tmp_path / "one.vtkhdf", blocks, {"velocity": one}, 0, 0.0)
     assert abs(shot["velocity"] - 1).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    "wavelet",
+    [
+        Wavelet("mine", 4, 0, WAVELETS["4.4"].predict, (), "without a lifting"),
+        Wavelet("4.4", 4, 2, WAVELETS["4.4"].predict, WAVELETS["2.2"].update, "another 4.4"),
+    ],
+    ids=["own name", "known name"],
+)
+def test_a_mesh_with_a_wavelet_of_ones_own_comes_back(tmp_path, wavelet):
+    mesh = replace(PLANE, wavelet=wavelet)
+    shots = a_run(tmp_path, Travelling(mesh=mesh))
+    assert [shot.blocks.mesh for shot in shots] == [mesh] * 3
+    known = replace(PLANE, wavelet=WAVELETS["4.4"])
+    shot = write_blocks(tmp_path / "known.vtkhdf", Blocks.uniform(known), {}, 0, 0.0)
+    assert read_snapshot(shot.path).blocks.mesh.wavelet is WAVELETS["4.4"]
 
 
 @pytest.mark.parametrize("mesh", [PLANE, SPACE], ids=["plane", "space"])

@@ -49,6 +49,7 @@ leaves = (
         st.sampled_from(["f4", "f8", "c16", "i4", "u1", "bool"]), hnp.array_shapes(max_side=4)
     )
     | st.floats(width=32).map(np.float32)
+    | st.fractions()
 )
 names = st.text(st.characters(codec="ascii", categories=["L"]), min_size=1)
 trees = st.recursive(

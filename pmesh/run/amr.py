@@ -239,7 +239,12 @@ def _recipe(mesh: AdaptiveMesh) -> dict[str, Any]:
     """The mesh as attributes of a file."""
     values = {name: getattr(mesh, name) for name in RECIPE}
     wavelet: str | Wavelet = mesh.wavelet
-    values["wavelet"] = wavelet if isinstance(wavelet, str) else wavelet.name
+    if isinstance(wavelet, str):
+        values["wavelet"] = wavelet
+    else:
+        from remesh.multires.storage import wavelet_attributes
+
+        values |= wavelet_attributes(wavelet)
     values["shape"], values["spacing"] = list(mesh.grid.shape), mesh.grid.spacing
     return {name: value for name, value in values.items() if value is not None}
 
@@ -254,6 +259,10 @@ def _mesh(file: h5py.File) -> AdaptiveMesh:
     values: dict[str, Any] = {
         name: attrs[name] if name == "wavelet" else attrs[name].item() for name in known
     }
+    if "predict" in attrs:  # one of the user's own
+        from remesh.multires.storage import wavelet_of
+
+        values["wavelet"] = wavelet_of(attrs)
     return AdaptiveMesh(grid=grid, **values)
 
 

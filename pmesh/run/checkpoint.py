@@ -11,6 +11,7 @@ import importlib
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -25,14 +26,14 @@ FORMAT = b"pmesh checkpoint"
 HEADER = 512  # bytes
 VERSION = 1
 PACKAGES = ("pmesh", "remesh", "levelset")  # whose dataclasses a file may name
-SCALARS = {"bool": bool, "int": int, "float": float, "str": str}
+SCALARS = {"bool": bool, "int": int, "float": float, "str": str, "Fraction": Fraction}
 
 
 def save(path: str | Path, state: Any, **notes: float) -> None:
     """Write the state, and some numbers beside it, to a new file renamed over the old one.
 
-    Keeps dataclasses, tuples, lists, dicts with text keys, arrays, numbers, text and None, every
-    bit of them; refuses anything else. Costs one copy of the state in memory.
+    Keeps dataclasses, tuples, lists, dicts with text keys, arrays, numbers, fractions, text and
+    None, every bit of them; refuses anything else. Costs one copy of the state in memory.
     """
     image = io.BytesIO()  # a full disk then meets plain writes, never HDF5 in mid-air
     with h5py.File(image, "w", userblock_size=HEADER) as file:

@@ -25,17 +25,15 @@ def save(path: str | Path, compressed: Compressed) -> Path:
     """
     import h5py
 
-    target, grid, wavelet = Path(path), compressed.grid, compressed.wavelet
+    target, grid = Path(path), compressed.grid
     content = io.BytesIO()
     with h5py.File(content, "w", libver=("v110", "v110")) as file:
         file.attrs.update(
             format=FORMAT, shape=grid.shape, spacing=grid.spacing, origin=grid.origin,
-            boundary=list(grid.boundary), wavelet=wavelet.name, order=wavelet.order,
-            moments=wavelet.moments, source=wavelet.source, depth=compressed.depth,
-            tolerance=compressed.tolerance, error_bound=compressed.error_bound,
-            predict=[str(w) for w in wavelet.predict], components=compressed.components,
+            boundary=list(grid.boundary), depth=compressed.depth, tolerance=compressed.tolerance,
+            error_bound=compressed.error_bound, components=compressed.components,
+            **wavelet_attributes(compressed.wavelet),
         )  # fmt: skip
-        file.attrs["update"] = np.array([str(w) for w in wavelet.update], h5py.string_dtype())
         parts = {
             "steps": np.diff(compressed.indices, prepend=0),
             "levels": compressed.levels,
@@ -77,18 +75,37 @@ def load(path: str | Path) -> Compressed:
         ) from error
 
 
+def wavelet_attributes(wavelet: Wavelet) -> dict[str, Any]:
+    """A wavelet as attributes of an HDF5 file: its weights as exact fractions."""
+    import h5py
+
+    steps = {"predict": wavelet.predict, "update": wavelet.update}
+    rows = {
+        name: np.array([str(w) for w in row], h5py.string_dtype()) for name, row in steps.items()
+    }
+    return {
+        "wavelet": wavelet.name, "order": wavelet.order, "moments": wavelet.moments,
+        "source": wavelet.source, **rows,
+    }  # fmt: skip
+
+
+def wavelet_of(attrs: Any) -> Wavelet:
+    """The wavelet that is among the attributes of a file, that of the table if it is there."""
+    predict: Any = tuple(str(w) for w in attrs["predict"])
+    update: Any = tuple(str(w) for w in attrs["update"])
+    name, source = str(attrs["wavelet"]), str(attrs["source"])
+    found = Wavelet(name, int(attrs["order"]), int(attrs["moments"]), predict, update, source)
+    known = WAVELETS.get(name)
+    return known if known == found else found
+
+
 def _read(file: Any) -> Compressed:
     attrs = file.attrs
     boundary: Any = [str(word) for word in attrs["boundary"]]
     grid = Grid([int(n) for n in attrs["shape"]], float(attrs["spacing"]),
                 [float(x) for x in attrs["origin"]], boundary)  # fmt: skip
-    predict: Any = tuple(str(w) for w in attrs["predict"])
-    update: Any = tuple(str(w) for w in attrs["update"])
-    name, source = str(attrs["wavelet"]), str(attrs["source"])
-    found = Wavelet(name, int(attrs["order"]), int(attrs["moments"]), predict, update, source)
-    known = WAVELETS.get(found.name)
     return Compressed(
-        grid=grid, wavelet=known if known == found else found, depth=int(attrs["depth"]),
+        grid=grid, wavelet=wavelet_of(attrs), depth=int(attrs["depth"]),
         tolerance=float(attrs["tolerance"]), components=tuple(int(n) for n in attrs["components"]),
         scale=file["scale"][()], indices=np.cumsum(file["steps"][()], dtype=np.int64),
         levels=file["levels"][()], values=file["values"][()],
