@@ -277,6 +277,21 @@ def test_vorticity_leaves_through_a_fixed_end_as_on_a_uniform_mesh():
     assert states[0].blocks.finest == 2
 
 
+@pytest.mark.parametrize("stream", [(1.0, 0.5), (-1.0, -0.5)])
+def test_what_crosses_a_fixed_end_is_counted_where_the_mesh_is_fine_there(stream):
+    flow = VortexFlow(
+        grid=mesh_of(128, 4.0, tolerance=1e-4), viscosity=0.01, freestream=stream, domain="fixed"
+    )
+    state = flow.start(vorticity=lambda points: 1e-3 * two_vortices(points))
+    total = flow.ledger(state)["circulation"]
+    for _ in range(20):
+        state = flow.step(state, 0.1)
+        row = flow.ledger(state)
+        assert row["circulation"] + row["lost_circulation"] == pytest.approx(total, rel=1e-4)
+    assert state.blocks.finest == 2
+    assert row["lost_circulation"] > 0.3 * total
+
+
 # The cap
 
 

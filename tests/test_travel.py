@@ -191,6 +191,30 @@ def test_what_leaves_through_unbounded_ends_is_told(ndim, nodes):
     assert np.all(found.lost != 0)
 
 
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("place", [0.02, 0.98])
+@pytest.mark.parametrize(("ndim", "nodes"), [(2, 256), (3, 128)])
+def test_what_crosses_an_end_is_told_where_finer_blocks_touch_it(ndim, nodes, place, dtype):
+    mesh = recipe(nodes, ndim, 2, "unbounded", 8)
+    blocks = nested(mesh, (place, *(0.5,) * (ndim - 1)), 20 / nodes)
+    middle = np.array([place, *(0.5,) * (ndim - 1)]).reshape(-1, *(1,) * (ndim + 1))
+    spot = np.exp(-(((blocks.points() - middle) * nodes / 4) ** 2).sum(axis=0) / 2)
+    values = restricted(np.stack([spot, 0 * spot]), blocks).astype(dtype)
+    moves = np.zeros((ndim, *blocks.shape), dtype)
+    total, lost = values[0, blocks.of(0)].sum() * mesh.spacing(0) ** ndim, 0.0
+    kept = 1e-12 if dtype == np.float64 else 3e-6
+    for _ in range(3):
+        moves[0] = (3.4 if place > 0.5 else -3.4) / nodes
+        found = carried(values, moves, blocks, blocks)
+        values, lost = found.values, lost + found.lost[0]
+        now = values[0, blocks.of(0)].sum() * mesh.spacing(0) ** ndim
+        assert now + lost == pytest.approx(total, rel=kept)
+        assert found.lost[1] == 0
+    assert now < 0.7 * total
+    moves[0] *= 9  # the rest
+    assert carried(values, moves, blocks, blocks).lost[0] == pytest.approx(now, rel=0.02)
+
+
 def test_nothing_is_lost_where_nothing_leaves():
     blocks, values = spot(2, 256, 4 / 256, boundary="unbounded")
     _, found = move(blocks, values, swirl(blocks.points(), (0.1, 0.1), 0.3))

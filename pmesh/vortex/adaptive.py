@@ -286,11 +286,11 @@ class AdaptiveEngine(Engine[AdaptiveState]):
             reach=min(FAR, most) if flow.bodies else None,
         )  # fmt: skip
 
-    def _spread(self, vorticity: Array, blocks: Blocks, variance: float) -> tuple[Array, float]:
-        """The vorticity after it spread by a variance [L^2] along each axis, and what left."""
-        if variance == 0:
+    def _spread(self, vorticity: Array, blocks: Blocks, diffused: float) -> tuple[Array, float]:
+        """The vorticity after it spread by ``diffused`` = nu t [L^2], and what left."""
+        if diffused == 0:
             return vorticity, 0.0
-        found = spread(vorticity, blocks, variance, threads=self.flow.threads)
+        found = spread(vorticity, blocks, diffused, threads=self.flow.threads)
         return found.values, float(found.lost)
 
     def _wall(self, before: tuple[Pose, ...], after: tuple[Pose, ...], variance: float) -> Wall:

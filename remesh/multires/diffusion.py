@@ -14,13 +14,14 @@ from remesh.errors import InputError
 from remesh.layout import split
 from remesh.multires.blocks import Blocks
 from remesh.multires.ghosts import check_values, padded
+from remesh.multires.leaving import at_ends, coarsest_sums, matter
 from remesh.multires.particles import as_blocks
 from remesh.multires.pyramid import restricted
 from remesh.multires.wavelets import get_wavelet
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
-REACHES = {2: 0.4, 4: 0.6, 8: 1.3, 12: 2.0}  # half widths; variances [spacings^2] they are good for
+REACHES = {2: 0.4, 4: 0.6, 8: 1.3, 12: 2.0}  # half widths; nu t [spacings^2] they are good for
 
 
 class Spread(NamedTuple):
@@ -30,50 +31,56 @@ class Spread(NamedTuple):
     lost: Array
 
 
-def spread(values: Array, blocks: Blocks, variance: float, *, threads: int | None = None) -> Spread:
-    """Values after the heat equation's time t, ``variance`` = nu t [L^2].
+def spread(values: Array, blocks: Blocks, diffused: float, *, threads: int | None = None) -> Spread:
+    """Values after the heat equation's time t, ``diffused`` = nu t [L^2].
 
     ``values`` ``([c,] *blocks.shape)`` [Q/L^ndim], consistent. On each level, along each axis, the
-    stencil of half width w that has the moments 0 to 2w + 1 of that Gaussian: of order 2w
-    (8 up to a variance of 0.6 finest spacings^2, 24 up to 2.0), one step without error in time, no
-    wave grows. Larger variances take equal substeps of all levels.
-    Keeps the sums on one level; across jumps of levels to the details that are dropped there.
-    ``lost`` ``()`` or ``(c,)`` as the coarsest level tells it. O(nodes) per substep; same bits for
-    any number of threads. Refuses a variance that is negative or not finite.
+    stencil of half width w that has the moments 0 to 2w + 1 of the heat kernel, a Gaussian of
+    variance 2 nu t: of order 2w (4 up to nu t = 0.4 finest spacings^2, 8 up to 0.6, 16 up to 1.3,
+    24 up to 2.0), one step without error in time, no wave grows. More takes equal substeps of all
+    levels. Keeps the sums on one level; across jumps of levels to the details dropped there.
+    ``lost`` ``()`` or ``(c,)``: what the coarsest level's stencil takes beyond unbounded ends;
+    where finer blocks at an end hold more than the tolerance, what the coarsest level's sum fell
+    by, so that both together stay. O(nodes) per substep; same bits for any number of threads. Refuses
+    ``diffused`` that is negative or not finite.
     """
     given = check_values(values, blocks)
     mesh = blocks.mesh
-    if not (math.isfinite(variance) and variance >= 0):
+    if not (math.isfinite(diffused) and diffused >= 0):
         raise InputError(
-            f"variance must be finite and >= 0, got {variance}", hint="viscosity * dt [L^2]"
+            f"diffused must be finite and >= 0, got {diffused}", hint="viscosity * dt [L^2]"
         )
-    volume, coarse = mesh.spacing(0) ** mesh.ndim, blocks.of(0)
-    before = _sums(given, blocks, coarse)
+    volume = mesh.spacing(0) ** mesh.ndim
+    before = coarsest_sums(given, blocks)
     lost = np.zeros_like(before)
-    if variance == 0:
-        return Spread(given.copy(), lost)
+    shape = given.shape[: -len(blocks.shape)]
+    if diffused == 0:
+        return Spread(given.copy(), lost.reshape(shape))
     most = mesh.block - len(get_wavelet(mesh.wavelet).predict)
     spacings = [mesh.spacing(level) for level in range(blocks.finest + 1)]
-    reach, steps = plan(variance / spacings[-1] ** 2, most)
-    weights = np.array([stencil(variance / steps / h**2, reach) for h in spacings], given.dtype)
+    reach, steps = plan(diffused / spacings[-1] ** 2, most)
+    weights = np.array([stencil(diffused / steps / h**2, reach) for h in spacings], given.dtype)
+    ends = at_ends(blocks)
     for _ in range(steps):
+        refined = matter(given, blocks, ends)
         spreading = _convolved(given, blocks, weights, threads)
-        after = _sums(spreading, blocks, coarse)
-        if not all(mesh.grid.periodic):
-            lost += volume * (before - after)
         given = restricted(spreading, blocks, threads=threads)
-        before = _sums(given, blocks, coarse)
-    return Spread(given, lost)
+        after = coarsest_sums(given, blocks)
+        if not all(mesh.grid.periodic):
+            told = np.where(refined, after, coarsest_sums(spreading, blocks))
+            lost += volume * (before - told)
+        before = after
+    return Spread(given, lost.reshape(shape))
 
 
 @lru_cache(maxsize=64)
-def stencil(variance: float, reach: int) -> NDArray[np.float64]:
-    """Weights from the middle out for a variance in spacings^2: those with the right moments.
+def stencil(diffused: float, reach: int) -> NDArray[np.float64]:
+    """Weights from the middle out for nu t in spacings^2: those with the right moments.
 
-    exp(-variance k^2) as a power series in y = 4 sin^2(k / 2), the symbol of minus the second
+    exp(-nu t k^2) as a power series in y = 4 sin^2(k / 2), the symbol of minus the second
     difference, up to y^reach; k^2 = 2 sum_n y^n / (n^2 binomial(2n, n)).
     """
-    logarithm = [0.0] + [-2 * variance / (n * n * comb(2 * n, n)) for n in range(1, reach + 1)]
+    logarithm = [0.0] + [-2 * diffused / (n * n * comb(2 * n, n)) for n in range(1, reach + 1)]
     series = [1.0]
     for n in range(1, reach + 1):
         series.append(sum(k * logarithm[k] * series[n - k] for k in range(1, n + 1)) / n)
@@ -85,14 +92,14 @@ def stencil(variance: float, reach: int) -> NDArray[np.float64]:
     return weights
 
 
-def plan(variance: float, most: int) -> tuple[int, int]:
-    """Half width and number of substeps for a variance in spacings^2, ``most`` nodes of ghosts."""
+def plan(diffused: float, most: int) -> tuple[int, int]:
+    """Half width and number of substeps for nu t in spacings^2, ``most`` nodes of ghosts."""
     usable = {reach: good for reach, good in REACHES.items() if reach <= most}
     for reach, good in usable.items():
-        if variance <= good:
+        if diffused <= good:
             return reach, 1
     reach = max(usable)
-    return reach, math.ceil(variance / usable[reach])
+    return reach, math.ceil(diffused / usable[reach])
 
 
 def _convolved(values: Array, blocks: Blocks, weights: Array, threads: int | None) -> Array:
@@ -112,10 +119,3 @@ def _convolved(values: Array, blocks: Blocks, weights: Array, threads: int | Non
             weights, out,
         )  # fmt: skip
     return result
-
-
-def _sums(values: Array, blocks: Blocks, part: slice) -> Array:
-    """Sums of each component over some blocks, in double precision."""
-    parts = as_blocks(values, blocks)[:, part]
-    shape = values.shape[: -len(blocks.shape)]
-    return np.asarray(parts.sum(axis=(1, 2, 3, 4), dtype=np.float64).reshape(shape))

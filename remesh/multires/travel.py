@@ -12,6 +12,7 @@ from remesh.kernels import Kernel, get_kernel
 from remesh.layout import split
 from remesh.multires.blocks import ABSENT, OUTSIDE, Blocks
 from remesh.multires.ghosts import check_values, prediction
+from remesh.multires.leaving import at_ends, coarsest_sums, matter
 from remesh.multires.particles import (
     as_blocks,
     as_three,
@@ -56,9 +57,11 @@ def carried(
     region of a level ends, and where the target goes on beyond it, values are the subdivision of
     the coarser level, right to what its details there are, below the tolerance of the mesh; so
     are the sums then. On one uniform level this is `advect_nodes` and keeps the kernel's moments.
-    ``lost`` has shape ``()`` or ``(c,)``, as the coarsest level tells it. Cost: O(blocks).
-    Same bits for any number of threads. Refuses displacements that are not finite, and those that
-    tear the particles of a block apart.
+    ``lost`` has shape ``()`` or ``(c,)``: what the coarsest level's particles put beyond unbounded
+    ends; where finer blocks that touch or reach an end hold more than the tolerance, what the
+    coarsest level's sum fell by, so that both together stay. Cost: O(blocks). Same bits for any
+    number of threads. Refuses displacements that are not finite, and those that tear the particles
+    of a block apart.
     Source: level-by-level remeshing as in Bergdorf & Koumoutsakos, Multiscale Model. Simul. 5
     (2006) 980.
     """
@@ -75,6 +78,10 @@ def carried(
         lost[part] = way.remesh(source, out)
         way.fill(marked, out)
     kept = restricted(result, target, threads=threads)
+    refined = matter(given, blocks, at_ends(blocks) | way.leave())
+    refined |= matter(kept, target, at_ends(target))
+    if refined.any():
+        lost = np.where(refined, coarsest_sums(given, blocks) - coarsest_sums(kept, target), lost)
     volume = blocks.mesh.spacing(0) ** blocks.mesh.ndim
     return Carried(kept, volume * lost.reshape(result.shape[: -len(target.shape)]))
 
@@ -160,6 +167,12 @@ class _Way:
         coarse, nodes = self.blocks.of(0), self.counts[0] * self.edges
         tables = (self.low[coarse], self.sizes[coarse], self.offsets)
         return float(_travel.beyond(*tables, tiles, nodes, self.wraps))
+
+    def leave(self) -> NDArray[np.bool_]:
+        """Which blocks' particles reach beyond unbounded ends."""
+        nodes = (self.counts * self.edges)[self.blocks.levels]
+        over = (self.low < 0) | (self.low + self.sizes > nodes)
+        return np.asarray((over & ~self.wraps).any(axis=1))
 
     def incomplete(self) -> NDArray[np.bool_]:
         """Which nodes of the target are to be predicted from the coarser level."""
