@@ -93,6 +93,7 @@ def test_the_script_to_start_from_runs_and_keeps_its_circulation(tmp_path):
         ("docs/swimmers.md", 1),
         ("docs/adaptive.md", 0),
         ("docs/adaptive.md", 1),
+        ("docs/adaptive.md", 2),
     ],
 )
 def test_the_scripts_of_the_pages_run(page, number, tmp_path):
