@@ -16,7 +16,6 @@ import remesh
 from levelset.polygon import Polygon
 from pmesh.cases.adaptive_interface import COLOURS
 from pmesh.cases.style import OURS, REFERENCE, styled
-from remesh.multires.mesh import AdaptiveMesh
 
 options = argparse.ArgumentParser(description=__doc__)
 options.add_argument("--quick", action="store_true", help="a coarse mesh and a short run")
@@ -34,7 +33,7 @@ outline = np.concatenate([rims[0], rims[1][::-1]])
 coil = Polygon(tuple(zip(outline.real.tolist(), outline.imag.tolist(), strict=True)))
 
 grid = remesh.Grid((CELLS,) * 2, 1 / CELLS, (-0.5, -0.5))
-mesh = AdaptiveMesh(grid=grid, levels=LEVELS, tolerance=5e-3, block=8)
+mesh = remesh.AdaptiveMesh(grid=grid, levels=LEVELS, tolerance=5e-3, block=8)
 flow = levelset.CurvatureFlow(grid=mesh)
 
 states, ledger = [flow.start(coil)], pmesh.Ledger()

@@ -14,7 +14,6 @@ from levelset.laws import Deformation
 from pmesh.cases.enright import BOX, VIEW
 from pmesh.cases.style import panels, styled
 from pmesh.cases.surfaces import COPPER, Layer, render, show_surface
-from remesh.multires.mesh import AdaptiveMesh
 
 options = argparse.ArgumentParser(description=__doc__)
 options.add_argument("--quick", action="store_true", help="a coarse mesh and a short run")
@@ -26,7 +25,7 @@ PERIOD = 1.0 if args.quick else 3.0  # [T]
 ball = levelset.shapes.Sphere(0.15, center=(0.35, 0.35, 0.35))  # [L]
 
 grid = remesh.Grid((CELLS,) * 3, 1 / CELLS, boundary="periodic")
-mesh = AdaptiveMesh(grid=grid, levels=2, tolerance=5e-3, block=8)
+mesh = remesh.AdaptiveMesh(grid=grid, levels=2, tolerance=5e-3, block=8)
 flow = levelset.ParticleLevelSet(
     grid=mesh, velocity=Deformation(period=PERIOD), kernel="L6,4", width=5.0, substeps=2
 )

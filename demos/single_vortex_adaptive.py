@@ -14,7 +14,6 @@ from levelset.laws import SingleVortex
 from pmesh.cases.adaptive_interface import COLOURS
 from pmesh.cases.single_vortex import frame
 from pmesh.cases.style import panels, styled
-from remesh.multires.mesh import AdaptiveMesh
 
 options = argparse.ArgumentParser(description=__doc__)
 options.add_argument("--quick", action="store_true", help="a coarse mesh and a short run")
@@ -26,7 +25,7 @@ PERIOD = 2.0 if args.quick else 8.0  # [T]
 disk = levelset.shapes.Disk(0.15, center=(0.5, 0.75))  # [L]
 
 grid = remesh.Grid((CELLS,) * 2, 1 / CELLS, boundary="periodic")
-mesh = AdaptiveMesh(grid=grid, levels=LEVELS, tolerance=0.01, refinement=0.02)
+mesh = remesh.AdaptiveMesh(grid=grid, levels=LEVELS, tolerance=0.01, refinement=0.02)
 flow = levelset.ParticleLevelSet(
     grid=mesh, velocity=SingleVortex(period=PERIOD), kernel="L6,4", width=5.0, substeps=4
 )
