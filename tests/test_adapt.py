@@ -172,6 +172,13 @@ def test_a_cap_on_blocks_raises_the_tolerance_no_more_than_needed(ndim):
     assert less.blocks.size > most
 
 
+def test_no_rounding_of_the_raised_tolerance_passes_the_cap():
+    mesh = recipe(2, tolerance=1e-3, most_blocks=16)
+    blocks, fields = everywhere(mesh)
+    for scale in np.random.default_rng(0).uniform(0.5, 1.0, 30):
+        assert adapt(fields, blocks, scale=scale).blocks.size == 16
+
+
 def test_a_cap_below_what_is_always_kept_is_refused():
     mesh = recipe(2, most_blocks=17)
     blocks, fields = everywhere(mesh)
@@ -221,8 +228,9 @@ def test_what_cannot_be_weighed_is_refused():
     for bad in (np.nan, np.inf):
         broken = fields.copy()
         broken[-1, 3, 3] = bad
-        with pytest.raises(InputError, match="must be finite"):
-            adapt(broken, blocks)
+        for scale in (None, 1.0):
+            with pytest.raises(InputError, match="must be finite"):
+                adapt(broken, blocks, scale=scale)
     for scale in (0.0, -1.0, (1.0, 2.0), np.nan):
         with pytest.raises(InputError, match="scale must be"):
             adapt(fields, blocks, scale=scale)

@@ -11,13 +11,13 @@ from numpy.typing import NDArray
 from remesh.errors import InputError
 from remesh.multires.blocks import Blocks, Places, keys_of, layout
 from remesh.multires.ghosts import check_values, layers
+from remesh.multires.mesh import BUFFER, CELL
 from remesh.multires.pyramid import build, forward
 from remesh.multires.wavelets import get_wavelet
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 Cells = NDArray[np.float64]
-BUFFER = 8  # nodes around a detail that are kept on its level
 AHEAD = 4  # nodes around a large detail that are made finer
 
 
@@ -53,7 +53,8 @@ def adapt(
     are raised by the least common factor that does. Details of blocks that go, and those within
     N + N~ - 2 nodes of a coarser neighbour, are let go by the lifting: the sums over the
     coarsest nodes of f x^a y^b z^c, a, b, c < N~, stay (`pyramid.forward` with ``spill``) where
-    nothing reaches the ends of the domain. O(nodes); same bits for any number of threads.
+    nothing reaches the ends of the domain. O(nodes); same bits for any number of threads. Refuses
+    fields that are not finite, and more blocks that are always kept than ``most_blocks``.
     Source: Rossinelli et al., J. Comput. Phys. 288 (2015) 1; Gillis & van Rees, SIAM J. Sci.
     Comput. 44 (2022) C367.
     """
@@ -83,6 +84,13 @@ def scales_of(
     from remesh.multires import _adapt
 
     parts = layers(values, blocks)
+    found = np.empty((len(parts), blocks.size), values.dtype)
+    share(_adapt.largest, blocks.size, threads, parts, blocks.children, found)
+    largest: NDArray[np.float64] = found.max(axis=1).astype(np.float64)
+    if not np.isfinite(largest).all():
+        raise InputError(
+            "fields must be finite, they are not at some nodes", hint="np.isfinite(fields).all()"
+        )
     if scale is not None:
         given = np.atleast_1d(np.asarray(scale, np.float64))
         if given.shape not in ((1,), (len(parts),)) or not (np.isfinite(given) & (given > 0)).all():
@@ -92,13 +100,6 @@ def scales_of(
                 hint="scale=None takes the largest absolute value of each field",
             )
         return np.repeat(given, len(parts) // given.size)
-    found = np.empty((len(parts), blocks.size), values.dtype)
-    share(_adapt.largest, blocks.size, threads, parts, blocks.children, found)
-    largest: NDArray[np.float64] = found.max(axis=1).astype(np.float64)
-    if not np.isfinite(largest).all():
-        raise InputError(
-            "fields must be finite, they are not at some nodes", hint="np.isfinite(fields).all()"
-        )
     return largest
 
 
@@ -109,7 +110,7 @@ def significance(
     from remesh.multires import _adapt
 
     mesh = blocks.mesh
-    cells = np.empty((blocks.size, *(mesh.block // _adapt.CELL,) * mesh.ndim))
+    cells = np.empty((blocks.size, *(mesh.block // CELL,) * mesh.ndim))
     inverse = np.divide(1.0, scales, out=np.zeros_like(scales), where=scales > 0)
     share(
         _adapt.weigh, blocks.size, threads, layers(details, blocks), inverse,
@@ -149,7 +150,7 @@ def _target(blocks: Blocks, cells: Cells, kept: NDArray[np.int64]) -> tuple[Bloc
             hint="a larger most_blocks, or fewer levels",
         )
     factors = np.unique(np.concatenate([cells.ravel() / low, cells.ravel() / high]))
-    factors = factors[factors >= 1]
+    factors = np.nextafter(factors[factors >= 1], np.inf)  # the product is no less than the cell
     below, fits = -1, len(factors) - 1
     while fits - below > 1:
         middle = (below + fits) // 2

@@ -41,8 +41,8 @@ def spread(values: Array, blocks: Blocks, diffused: float, *, threads: int | Non
     levels. Keeps the sums on one level; across jumps of levels to the details dropped there.
     ``lost`` ``()`` or ``(c,)``: what the coarsest level's stencil takes beyond unbounded ends;
     where finer blocks at an end hold more than the tolerance, what the coarsest level's sum fell
-    by, so that both together stay. O(nodes) per substep; same bits for any number of threads. Refuses
-    ``diffused`` that is negative or not finite.
+    by, so that both together stay. O(nodes) per substep; same bits for any number of threads.
+    Refuses ``diffused`` that is negative or not finite.
     """
     given = check_values(values, blocks)
     mesh = blocks.mesh

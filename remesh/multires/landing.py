@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 
 from remesh.errors import InputError
 from remesh.multires.blocks import Blocks
+from remesh.multires.mesh import BUFFER, CELL
 from remesh.multires.particles import as_blocks, as_three, check_displacement, refuse_far
 
 Array = NDArray[np.floating[Any]]
-CELL = 4  # nodes along the edge of the cells that are told apart
-BUFFER = 8  # nodes around moved particles that stay as fine as they are
 
 
 def landing(
@@ -24,7 +23,8 @@ def landing(
     ``displacement`` ``(ndim, *blocks.shape)`` [L] says how far the particle of each node goes, any
     length; ``busy`` ``(n, block / 4, ...)`` which cells of 4^ndim nodes hold details that must be
     followed. Blocks of a level are wanted wherever the moved particles of such a cell or nodes up
-    to ``buffer`` around them lie; balance adds what it needs. Periodic axes wrap, beyond unbounded
+    to ``buffer`` around them lie; balance adds what it needs. ``most_blocks`` of the mesh does not
+    count here: the next `adapt` brings the mesh back under it. Periodic axes wrap, beyond unbounded
     ends there is nothing. Cost: O(busy nodes). Refuses displacements of busy cells that are not
     finite.
     """

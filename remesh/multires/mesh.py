@@ -10,6 +10,8 @@ from remesh.grid import Grid
 from remesh.multires.wavelets import Wavelet, get_wavelet
 
 SIZES = (8, 16, 32)  # nodes along the edge of a block
+CELL = 4  # nodes along the edge of the parts of a block in which details are told apart
+BUFFER = 8  # nodes around a detail, or around where it moved, that stay as fine as they are
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,7 +21,9 @@ class AdaptiveMesh:
     Level ``levels`` has the spacing of ``grid``, level 0 is the coarsest and covers everything.
     Blocks of ``block``^ndim nodes are kept where a field has details beyond ``tolerance`` times
     its scale, and made one level finer where it has details beyond ``refinement`` times that. With
-    ``most_blocks`` the tolerance is raised as far as that needs. Fields are zero beyond unbounded
+    ``most_blocks`` the tolerance is raised as far as that needs whenever the mesh is adapted:
+    within a step there may be more, as many as the flow spreads the blocks over, and while a law
+    is sampled, as many as it has details for. Fields are zero beyond unbounded
     ends. Refuses a refinement threshold below the tolerance, and axes of the grid that are not
     whole numbers of blocks on the coarsest level.
     Source: blocks and thresholds as in Rossinelli et al., J. Comput. Phys. 288 (2015) 1.

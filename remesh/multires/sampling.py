@@ -35,7 +35,9 @@ def sampled(
     ``(ndim, ...)`` [L] to values ``(...)`` or ``(c, ...)``. A law is evaluated on all blocks up to
     level ``least``, then on finer ones wherever details are beyond the tolerance: what lies
     between the nodes of level ``least`` may be missed. `to_uniform` of the values differs from the
-    field by less than 10 times tolerance * scale; an array keeps its sums as in `adapt`.
+    field by less than 10 times tolerance * scale; an array keeps its sums as in `adapt`. With
+    ``most_blocks`` of the mesh the result has no more, to a tolerance that `adapt` raised and that
+    is not told here; while a law's blocks are sought there may be more.
     O(nodes of the array), or O(nodes of the result) evaluations.
     """
     count = thread_count(threads)
