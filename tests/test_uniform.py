@@ -141,6 +141,10 @@ def test_what_does_not_lie_on_the_mesh_is_refused():
         to_uniform(values, blocks, 4)
     with pytest.raises(InputError, match="outside must be 'zero' or 'last', got 'wall'"):
         to_uniform(values, blocks, outside="wall")
+    with pytest.raises(InputError, match="level must be a whole number"):
+        to_uniform(values, blocks, float("nan"))
+    with pytest.raises(InputError, match="region must hold slices or ranges of nodes, got \\(0"):
+        to_uniform(values, blocks, region=[(0, 4), (0, 4)])
     with pytest.raises(InputError, match="region must be 2 slices"):
         to_uniform(values, blocks, region=(slice(0, 3),))
     for part in (slice(0, 8, 2), slice(5, 5), range(4, 0, -1)):

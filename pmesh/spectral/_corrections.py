@@ -13,7 +13,8 @@ from numba import njit
 
 from remesh.compiled import drop_stale
 from remesh.multires import _ghosts
-from remesh.multires._ghosts import ABSENT, copy, extend, has_jump, lattice, scratch, subdivide
+from remesh.multires._ghosts import copy, extend, has_jump, lattice, scratch, subdivide
+from remesh.multires.blocks import ABSENT
 
 CHUNK = 4  # taps applied in one pass
 

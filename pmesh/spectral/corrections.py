@@ -17,7 +17,7 @@ from remesh.grid import Grid
 from remesh.multires.blocks import Blocks
 from remesh.multires.ghosts import layers, midpoint_weights
 from remesh.multires.mesh import AdaptiveMesh
-from remesh.multires.uniform import to_uniform
+from remesh.multires.uniform import by_blocks, to_uniform
 from remesh.multires.wavelets import Wavelet, get_wavelet
 from remesh.threads import share, thread_count
 
@@ -95,7 +95,7 @@ class AdaptiveSolver:
         values = np.ascontiguousarray(values)
         result = np.empty((ndim, *blocks.shape), dtype)
         coarsest = self._on_coarsest(values, blocks, freestream)
-        result[:, blocks.of(0)] = self._cut(coarsest[(slice(None), *self._inner)])
+        result[:, blocks.of(0)] = by_blocks(coarsest[(slice(None), *self._inner)], self.mesh, 0)
         if blocks.finest == 0:
             return result
         sources, speed = layers(values, blocks), layers(result, blocks)
@@ -131,14 +131,6 @@ class AdaptiveSolver:
             return speed
         around = [(0, 0), *((MARGIN, MARGIN) if p else (0, 0) for p in periodic)]
         return np.pad(speed, around, mode="wrap")
-
-    def _cut(self, field: Array) -> Array:
-        """A uniform field of level 0 block by block."""
-        ndim, block, counts = self.mesh.ndim, self.mesh.block, self.mesh.counts(0)
-        split = [n for count in counts for n in (count, block)]
-        order = (0, *range(1, 2 * ndim, 2), *range(2, 2 * ndim + 1, 2))
-        parts = field.reshape(-1, *split).transpose(order)
-        return parts.reshape(len(field), -1, *(block,) * ndim)
 
     @cached_property
     def _coarsest(self) -> _Solvers:

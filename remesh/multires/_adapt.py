@@ -11,13 +11,12 @@ from numba import njit
 
 from remesh.compiled import drop_stale
 from remesh.multires import _hashing, _pyramid
-from remesh.multires._ghosts import ABSENT
 from remesh.multires._hashing import fold
 from remesh.multires._pyramid import quadrant
+from remesh.multires.blocks import ABSENT
+from remesh.multires.mesh import CELL
 
 drop_stale(__file__, _hashing.__file__, _pyramid.__file__)
-
-CELL = 4  # nodes along the edge of a cell
 
 
 @njit(cache=True, nogil=True)

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-ABSENT, OUTSIDE = -1, -2
+from remesh.multires.blocks import ABSENT, OUTSIDE
 
 
 @njit(cache=True, nogil=True)

@@ -13,8 +13,7 @@ from remesh.compiled import drop_stale
 from remesh.layout import FAR
 from remesh.multires import _hashing
 from remesh.multires._hashing import EMPTY, slot_of
-
-CELL = 4  # nodes along the edge of a cell
+from remesh.multires.mesh import CELL
 
 drop_stale(__file__, _hashing.__file__)
 

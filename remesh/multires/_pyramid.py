@@ -12,7 +12,8 @@ from numba import njit
 
 from remesh.compiled import drop_stale
 from remesh.multires import _ghosts
-from remesh.multires._ghosts import ABSENT, copy, has_jump, lattice, scratch, span, subdivide
+from remesh.multires._ghosts import copy, has_jump, lattice, scratch, span, subdivide
+from remesh.multires.blocks import ABSENT
 
 drop_stale(__file__, _ghosts.__file__)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from numba import njit
 
-from remesh.multires._ghosts import OUTSIDE
+from remesh.multires.blocks import OUTSIDE
 
 
 @njit(cache=True, nogil=True)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from remesh.errors import InputError
 from remesh.multires.blocks import ABSENT, Blocks, Numbers
 from remesh.multires.ghosts import Outside, check_values, goes_on, layers, lifting_weights
+from remesh.multires.mesh import AdaptiveMesh
 
 Array = NDArray[np.floating[Any]]
 Whole = NDArray[np.int64]
@@ -35,27 +36,27 @@ def to_uniform(
     """
     values = check_values(values, blocks)
     mesh = blocks.mesh
-    level = mesh.levels if level is None else level
-    if int(level) != level or not 0 <= level <= mesh.levels:
-        raise InputError(
-            f"level must be a whole number from 0 to {mesh.levels}, got {level}",
-            hint="level=None takes the finest",
-        )
-    first, shape = _box_of(region, mesh.level_grid(int(level)).shape)
-    field = _Sampler(values, blocks, goes_on(outside)).box(int(level), first, shape)
+    asked = mesh.checked_level(level)
+    first, shape = _box_of(region, mesh.level_grid(asked).shape)
+    field = _Sampler(values, blocks, goes_on(outside)).box(asked, first, shape)
     return field.reshape(*values.shape[: -len(blocks.shape)], *shape[3 - mesh.ndim :])
 
 
 def on_blocks(field: Array, blocks: Blocks) -> Array:
     """Values on the blocks of a complete pyramid: the field on its finest nodes, zeros below."""
     mesh = blocks.mesh
-    counts, size, ndim = mesh.counts(mesh.levels), mesh.block, mesh.ndim
+    result = np.zeros((*field.shape[: -mesh.ndim], *blocks.shape), field.dtype)
+    finest: Any = (..., blocks.of(mesh.levels), *(slice(None),) * mesh.ndim)
+    result[finest] = by_blocks(field, mesh, mesh.levels)
+    return result
+
+
+def by_blocks(field: Array, mesh: AdaptiveMesh, level: int) -> Array:
+    """A field on all nodes of a level block by block, in the order of `Blocks`."""
+    counts, size, ndim = mesh.counts(level), mesh.block, mesh.ndim
     parts = field.reshape(-1, *(n for count in counts for n in (count, size)))
     order = (0, *range(1, 2 * ndim, 2), *range(2, 2 * ndim + 1, 2))
-    result = np.zeros((len(parts), *blocks.shape), field.dtype)
-    finest = result[:, blocks.of(mesh.levels)]
-    finest[...] = parts.transpose(order).reshape(finest.shape)
-    return result.reshape(*field.shape[:-ndim], *blocks.shape)
+    return parts.transpose(order).reshape(*field.shape[:-ndim], -1, *(size,) * ndim)
 
 
 class _Sampler:
@@ -159,6 +160,10 @@ def _box_of(region: Sequence[slice | range] | None, shape: tuple[int, ...]) -> t
         )
     first, size = [0] * (3 - len(shape)), [1] * (3 - len(shape))
     for part, nodes in zip(picked, shape, strict=True):
+        if not isinstance(part, slice | range):
+            raise InputError(
+                f"region must hold slices or ranges of nodes, got {part!r}", hint="slice(0, 64)"
+            )
         found = range(*part.indices(nodes)) if isinstance(part, slice) else part
         if found.step != 1 or len(found) == 0:
             raise InputError(
