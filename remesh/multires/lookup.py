@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from remesh.errors import InputError
 from remesh.kernels import Kernel, get_kernel
 from remesh.layout import split
-from remesh.multires.blocks import OUTSIDE, Blocks
+from remesh.multires.blocks import OUTSIDE, Blocks, layout
 from remesh.multires.ghosts import check_values, padded
 from remesh.multires.particles import (
     as_blocks,
@@ -19,7 +19,6 @@ from remesh.multires.particles import (
     check_displacement,
     first_places,
     inverse_spacings,
-    key_offsets,
     refuse_far,
     tables,
 )
@@ -65,7 +64,7 @@ def sampled_at(
     share(
         _lookup.interpolate, pieces, thread_count(threads), size, ghosts,
         (blocks.neighbours == OUTSIDE).any(axis=1), *blocks.table, block_counts(mesh),
-        key_offsets(mesh), source.levels, first_places(source), parts,
+        layout(mesh)[2], source.levels, first_places(source), parts,
         inverse_spacings(source, values.dtype), numbers, np.array(parts.shape[2:]),
         as_three(mesh.grid.periodic, False), coeffs, taps, mid, terms, as_blocks(result, source),
         bad,

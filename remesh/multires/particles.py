@@ -55,11 +55,6 @@ def block_counts(mesh: AdaptiveMesh) -> NDArray[np.int64]:
     return as_three(tuple(counts.T), np.ones(len(counts), np.int64)).T.copy()
 
 
-def key_offsets(mesh: AdaptiveMesh) -> NDArray[np.int64]:
-    """What the keys of blocks of each level begin with, see `Blocks.table`."""
-    return layout(mesh)[2]
-
-
 def inverse_spacings(blocks: Blocks, dtype: np.dtype[Any]) -> Array:
     """One over the spacing of each block [1/L]."""
     return (1.0 / blocks.spacings).astype(dtype)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from remesh.errors import InputError
 from remesh.kernels import Kernel, get_kernel
 from remesh.layout import split
-from remesh.multires.blocks import ABSENT, OUTSIDE, Blocks
+from remesh.multires.blocks import ABSENT, OUTSIDE, Blocks, layout
 from remesh.multires.ghosts import check_values, prediction
 from remesh.multires.leaving import at_ends, coarsest_sums, matter
 from remesh.multires.particles import (
@@ -20,7 +20,6 @@ from remesh.multires.particles import (
     check_displacement,
     first_places,
     inverse_spacings,
-    key_offsets,
     refuse_far,
     tables,
 )
@@ -134,7 +133,7 @@ class _Way:
         from remesh.multires import _travel
 
         target = self.target
-        offsets = key_offsets(target.mesh)
+        offsets = layout(target.mesh)[2]
         heads = np.zeros(target.size + 1, np.int64)
         pairs = np.empty((0, 4), np.int64)
         for _ in range(2):
