@@ -231,6 +231,16 @@ def test_a_field_goes_on_as_it_is_beyond_an_unbounded_end(tmp_path):
             assert (file[f"VTKHDF/Level{level}/PointData/one"][()] == 1).all()
 
 
+def contents(path):
+    """All datasets of a file; its bytes also hold when virtual ones were made."""
+    found = {}
+    with h5py.File(path) as file:
+        file.visititems(
+            lambda name, part: found.update({name: part[()]} if hasattr(part, "dtype") else {})
+        )
+    return found
+
+
 def test_a_resumed_run_leaves_the_same_snapshots(tmp_path):
     flow = Travelling(mesh=PLANE)
     whole = a_run(tmp_path / "whole", flow)
@@ -243,8 +253,10 @@ def test_a_resumed_run_leaves_the_same_snapshots(tmp_path):
     for shot in whole:
         other = tmp_path / "cut/fields" / shot.path.name
         assert other.read_bytes() == shot.path.read_bytes()
-    index = "fields.vtkhdf"
-    assert (tmp_path / "cut" / index).read_bytes() == (tmp_path / "whole" / index).read_bytes()
+    one, other = (contents(tmp_path / part / "fields.vtkhdf") for part in ("cut", "whole"))
+    assert one.keys() == other.keys()
+    for name, values in one.items():
+        np.testing.assert_array_equal(values, other[name])
 
 
 def test_large_meshes_are_told_on_a_coarser_level(tmp_path):
