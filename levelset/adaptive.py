@@ -66,12 +66,6 @@ class AdaptiveLevelSet(ParticleLevelSet):
                 f"an adaptive mesh is not redistanced, got redistancing={self.redistancing}",
                 hint="redistancing=None; a larger width, or more levels, where the flow is long",
             )
-        if self.mesh.most_blocks is not None:
-            raise InputError(
-                f"an interface is kept in bands, not in blocks, got most_blocks="
-                f"{self.mesh.most_blocks}",
-                hint="AdaptiveMesh(..., most_blocks=None)",
-            )
 
     @property
     def mesh(self) -> AdaptiveMesh:

@@ -85,12 +85,6 @@ class AdaptiveCurvatureFlow(CurvatureFlow):
                 f"motion by curvature needs a wavelet of order 4, got {self.mesh.wavelet!r}",
                 hint="wavelet='4.4'",
             )
-        if self.mesh.most_blocks is not None:
-            raise InputError(
-                f"a surface is kept in bands, not in blocks, got most_blocks="
-                f"{self.mesh.most_blocks}",
-                hint="AdaptiveMesh(..., most_blocks=None)",
-            )
 
     @property
     def mesh(self) -> AdaptiveMesh:

@@ -28,10 +28,15 @@ def check_grid(grid: Grid) -> None:
 
 
 def check_adaptive(mesh: object, recipe: str, either: str) -> None:
-    """Refuse what is no adaptive mesh; the recipe ``either`` takes grids as well."""
+    """Refuse what is no adaptive mesh, and a cap on blocks; ``either`` takes grids as well."""
     if not isinstance(mesh, AdaptiveMesh):
         raise InputError(
             f"{recipe} needs an AdaptiveMesh, got {mesh!r:.60}", hint=f"{either}(grid=...)"
+        )
+    if mesh.most_blocks is not None:
+        raise InputError(
+            f"an interface is kept in bands, not in blocks, got most_blocks={mesh.most_blocks}",
+            hint="AdaptiveMesh(..., most_blocks=None)",
         )
 
 

@@ -16,6 +16,7 @@ from pmesh.cases.deformation import (
     BACK,
     KEPT,
     TRACED,
+    Reversed,
     ReversedCase,
     exact_level_set,
     exact_surface,
@@ -43,21 +44,8 @@ CUT = 0.3  # height of the cut that is drawn [L]
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnrightCase(ReversedCase):
-    """A ball is drawn out into a thin sheet by vortices that turn back at half their period."""
-
-    until: float = option(3.0, "end of the run", unit="T")
-    nodes: int = option(100, "mesh cells per unit length")
-    period: float = option(3.0, "of the flow; all is back after it", unit="T")
-    band: float = option(0.08, "half width of the band of particles", unit="L")
-    courant: float = option(4.0, "time step times largest speed over the cell size")
-    every: float = option(0.375, "time between snapshots", unit="T")
-
-    title: ClassVar[str] = "Deformation of a ball, reversed"
-    source: ClassVar[str] = PAPER
-    short: ClassVar[Mapping[str, Any]] = {
-        "nodes": 40, "band": 0.15, "period": 1.0, "until": 1.0, "every": 0.125, "coarse": False,
-    }  # fmt: skip
+class Ball(Reversed):
+    """Base: the ball of Enright et al. and its flow, on any mesh."""
 
     @property
     def law(self) -> Deformation:
@@ -73,6 +61,24 @@ class EnrightCase(ReversedCase):
     def most(self) -> float:
         """The largest radius that fits the box [L]."""
         return 0.3
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnrightCase(Ball, ReversedCase):
+    """A ball is drawn out into a thin sheet by vortices that turn back at half their period."""
+
+    until: float = option(3.0, "end of the run", unit="T")
+    nodes: int = option(100, "mesh cells per unit length")
+    period: float = option(3.0, "of the flow; all is back after it", unit="T")
+    band: float = option(0.08, "half width of the band of particles", unit="L")
+    courant: float = option(4.0, "time step times largest speed over the cell size")
+    every: float = option(0.375, "time between snapshots", unit="T")
+
+    title: ClassVar[str] = "Deformation of a ball, reversed"
+    source: ClassVar[str] = PAPER
+    short: ClassVar[Mapping[str, Any]] = {
+        "nodes": 40, "band": 0.15, "period": 1.0, "until": 1.0, "every": 0.125, "coarse": False,
+    }  # fmt: skip
 
     def metrics(self, outcome: Outcome) -> list[Metric]:
         """Volume kept, area and wholeness of the sheet, error of the interface that is back."""

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from levelset.laws import Deformation
-from levelset.shapes import Sphere
 from pmesh.cases.adaptive_interface import (
     COLOURS,
     AdaptiveReversed,
@@ -20,7 +18,7 @@ from pmesh.cases.adaptive_interface import (
 )
 from pmesh.cases.case import Outcome
 from pmesh.cases.deformation import TRACED, exact_level_set, exact_surface, topology
-from pmesh.cases.enright import BOX, CENTER, CUT, VIEW, EnrightCase
+from pmesh.cases.enright import BOX, CUT, VIEW, Ball, EnrightCase
 from pmesh.cases.options import option
 from pmesh.cases.style import OURS, REFERENCE, name_panels, styled
 from pmesh.run.summary import Metric
@@ -42,7 +40,7 @@ WHOLE = "a flow keeps a ball in one piece, without holes"
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnrightAdaptive(AdaptiveReversed):
+class EnrightAdaptive(Ball, AdaptiveReversed):
     """A ball is drawn out into a thin sheet and back: fine where the sheet is thin or curved."""
 
     until: float = option(3.0, "end of the run", unit="T")
@@ -60,21 +58,6 @@ class EnrightAdaptive(AdaptiveReversed):
         "nodes": 64, "levels": 2, "period": 1.0, "until": 1.0, "courant": 8.0, "every": 0.5,
         "band": 0.25, "tolerance": 0.01, "study": False,
     }  # fmt: skip
-
-    @property
-    def law(self) -> Deformation:
-        """The flow."""
-        return Deformation(period=self.period)
-
-    @property
-    def shape(self) -> Sphere:
-        """The ball."""
-        return Sphere(self.radius, center=CENTER)
-
-    @property
-    def most(self) -> float:
-        """The largest radius that fits the box [L]."""
-        return 0.3
 
     @property
     def parts(self) -> tuple[float, ...]:

@@ -17,6 +17,7 @@ from pmesh.cases.deformation import (
     BACK,
     KEPT,
     TRACED,
+    Reversed,
     ReversedCase,
     exact_surface,
     refined,
@@ -42,7 +43,22 @@ COLOURS = "YlGnBu_r"  # of particles outside, by their level set
 
 
 @dataclass(frozen=True, kw_only=True)
-class SingleVortexCase(ReversedCase):
+class Spiral(Reversed):
+    """Base: the disk and the vortex that draws it out, on any mesh."""
+
+    @property
+    def law(self) -> SingleVortex:
+        """The vortex."""
+        return SingleVortex(period=self.period)
+
+    @property
+    def shape(self) -> Disk:
+        """The disk."""
+        return Disk(self.radius, center=CENTER)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingleVortexCase(Spiral, ReversedCase):
     """A disk is drawn out into a thin spiral by a vortex that turns back at half its period."""
 
     until: float = option(8.0, "end of the run", unit="T")
@@ -58,16 +74,6 @@ class SingleVortexCase(ReversedCase):
     short: ClassVar[Mapping[str, Any]] = {
         "nodes": 64, "period": 4.0, "until": 4.0, "every": 0.5, "fine": False,
     }  # fmt: skip
-
-    @property
-    def law(self) -> SingleVortex:
-        """The vortex."""
-        return SingleVortex(period=self.period)
-
-    @property
-    def shape(self) -> Disk:
-        """The disk."""
-        return Disk(self.radius, center=CENTER)
 
     def others(self) -> Sequence[int]:
         """Half and twice the cells, if asked for."""

@@ -8,8 +8,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from levelset.laws import SingleVortex
-from levelset.shapes import Disk
 from pmesh.cases.adaptive_interface import (
     COLOURS,
     AdaptiveReversed,
@@ -22,7 +20,7 @@ from pmesh.cases.adaptive_interface import (
 from pmesh.cases.case import Outcome
 from pmesh.cases.deformation import TRACED, exact_surface, refined
 from pmesh.cases.options import option
-from pmesh.cases.single_vortex import CENTER, SingleVortexCase, draw_exact, frame
+from pmesh.cases.single_vortex import SingleVortexCase, Spiral, draw_exact, frame
 from pmesh.cases.style import OURS, name_panels, styled
 from pmesh.run.summary import Metric
 
@@ -41,7 +39,7 @@ ALLOWED = 2e-3  # of the area
 
 
 @dataclass(frozen=True, kw_only=True)
-class SingleVortexAdaptive(AdaptiveReversed):
+class SingleVortexAdaptive(Spiral, AdaptiveReversed):
     """A disk is drawn out into a thin spiral and back: fine where the spiral is thin."""
 
     until: float = option(8.0, "end of the run", unit="T")
@@ -58,16 +56,6 @@ class SingleVortexAdaptive(AdaptiveReversed):
         "nodes": 256, "levels": 3, "period": 4.0, "until": 4.0, "courant": 20.0, "every": 0.5,
         "study": False,
     }  # fmt: skip
-
-    @property
-    def law(self) -> SingleVortex:
-        """The vortex."""
-        return SingleVortex(period=self.period)
-
-    @property
-    def shape(self) -> Disk:
-        """The disk."""
-        return Disk(self.radius, center=CENTER)
 
     def uniform(self, nodes: int) -> SingleVortexCase:
         """The same on a uniform mesh, with the same time step."""
