@@ -98,8 +98,13 @@ class Squeeze:
         return {}
 
     def fields(self, state: Squeezed) -> Mapping[str, Any]:
-        """The field as it is."""
-        return {"field": state.field}
+        """The field as its coefficients tell it; components by number unless one per axis."""
+        tolerance = FIRST * 10.0**-state.time
+        packed = compress(state.field, state.grid, tolerance=tolerance, wavelet=self.wavelet)
+        field, ndim = packed.expand(), state.grid.ndim
+        if field.ndim == ndim or len(field) == ndim:
+            return {"field": field}
+        return {f"field_{k}": part for k, part in enumerate(field)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,10 +146,11 @@ class CompressCase(Case):
         return flow, flow.start(*self.given())
 
     def watchers(self) -> Sequence[Watcher]:
-        """The ledger, and one that leaves the compressed field in the run directory."""
+        """The ledger, the field at each decade, and one that keeps the compressed field."""
+        from pmesh.run.snapshots import Snapshots
         from pmesh.run.watchers import Ledger
 
-        return [Ledger(), _Keeper(self.tolerance, self.wavelet)]
+        return [Ledger(), Snapshots(1.0), _Keeper(self.tolerance, self.wavelet)]
 
     def metrics(self, outcome: Outcome) -> list[Metric]:
         """The error over the tolerance, what became of the moments, and how small it is."""
