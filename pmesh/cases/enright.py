@@ -47,6 +47,8 @@ CUT = 0.3  # height of the cut that is drawn [L]
 class Ball(Reversed):
     """Base: the ball of Enright et al. and its flow, on any mesh."""
 
+    finer: ClassVar[int] = 1  # times finer than its mesh that the surface is drawn
+
     @property
     def law(self) -> Deformation:
         """The flow."""
@@ -62,6 +64,20 @@ class Ball(Reversed):
         """The largest radius that fits the box [L]."""
         return 0.3
 
+    def _portrait(self, panel: Axes, shot: Snapshot) -> None:
+        """The surface, lit."""
+        from pmesh.cases.surfaces import STEEL, Layer, render, show_surface
+
+        panel.set_axis_off()
+        phi = np.asarray(shot["level_set"], np.float64)
+        title = f"$t$ = {shot.time:g}"
+        if not phi.min() < 0 < phi.max():
+            panel.set_title(title)
+            return
+        surface = refined(phi, shot.grid, self.finer) if self.finer > 1 else (phi, shot.grid)
+        layer = Layer(surface=surface, colour=STEEL)
+        show_surface(panel, render(layer, bounds=BOX, view=VIEW, size=(900, 760)), title=title)
+
 
 @dataclass(frozen=True, kw_only=True)
 class EnrightCase(Ball, ReversedCase):
@@ -74,6 +90,7 @@ class EnrightCase(Ball, ReversedCase):
     courant: float = option(4.0, "time step times largest speed over the cell size")
     every: float = option(0.375, "time between snapshots", unit="T")
 
+    finer: ClassVar[int] = 2
     title: ClassVar[str] = "Deformation of a ball, reversed"
     source: ClassVar[str] = PAPER
     short: ClassVar[Mapping[str, Any]] = {
@@ -144,19 +161,6 @@ class EnrightCase(Ball, ReversedCase):
             fontsize=11,
         )
         return figure
-
-    def _portrait(self, panel: Axes, shot: Snapshot) -> None:
-        """The surface, lit."""
-        from pmesh.cases.surfaces import STEEL, Layer, render, show_surface
-
-        panel.set_axis_off()
-        phi = np.asarray(shot["level_set"], np.float64)
-        title = f"$t$ = {shot.time:g}"
-        if not phi.min() < 0 < phi.max():
-            panel.set_title(title)
-            return
-        layer = Layer(surface=refined(phi, shot.grid, 2), colour=STEEL)
-        show_surface(panel, render(layer, bounds=BOX, view=VIEW, size=(900, 760)), title=title)
 
     def _cut(self, panel: Axes, shot: Snapshot) -> None:
         """The body cut by a plane, over the exact one."""

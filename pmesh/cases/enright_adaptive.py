@@ -18,7 +18,7 @@ from pmesh.cases.adaptive_interface import (
 )
 from pmesh.cases.case import Outcome
 from pmesh.cases.deformation import TRACED, exact_level_set, exact_surface, topology
-from pmesh.cases.enright import BOX, CUT, VIEW, Ball, EnrightCase
+from pmesh.cases.enright import CUT, Ball, EnrightCase
 from pmesh.cases.options import option
 from pmesh.cases.style import OURS, REFERENCE, name_panels, styled
 from pmesh.run.summary import Metric
@@ -124,19 +124,6 @@ class EnrightAdaptive(Ball, AdaptiveReversed):
             fontsize=11,
         )
         return figure
-
-    def _portrait(self, panel: Axes, shot: Snapshot) -> None:
-        """The surface, lit."""
-        from pmesh.cases.surfaces import STEEL, Layer, render, show_surface
-
-        panel.set_axis_off()
-        phi = np.asarray(shot["level_set"], np.float64)
-        title = f"$t$ = {shot.time:g}"
-        if not phi.min() < 0 < phi.max():
-            panel.set_title(title)
-            return
-        layer = Layer(surface=(phi, shot.grid), colour=STEEL)
-        show_surface(panel, render(layer, bounds=BOX, view=VIEW, size=(900, 760)), title=title)
 
     def _cut(self, panel: Axes, shot: Snapshot) -> None:
         """Levels and interface on a plane, over the exact interface."""

@@ -16,7 +16,7 @@ from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import indicator
 from pmesh.spectral.corrections import AdaptiveSolver
 from pmesh.vortex import ledger
-from pmesh.vortex.constraint import Wall
+from pmesh.vortex.constraint import Wall, first_node
 from pmesh.vortex.domain import SIGNIFICANT
 from pmesh.vortex.engine import EDGE, Engine, largest
 from pmesh.vortex.loads import inertia_force
@@ -302,24 +302,17 @@ class AdaptiveEngine(Engine[AdaptiveState]):
             boxes.append(wall.wide(variance))
         return self.wall_on(hull(boxes), before)
 
-    def _first_node(self, box: Grid) -> tuple[int, ...]:
-        """The finest node at which a box begins."""
-        grid = self.mesh.grid
-        return tuple(
-            round((b - a) / grid.spacing) for a, b in zip(grid.origin, box.origin, strict=True)
-        )
-
     def _cut(self, velocity: Array, blocks: Blocks, wall: Wall) -> Array:
         """The velocity on the mesh of a wall, without ripples from node to node."""
         box = tuple(
             range(first, first + n)
-            for first, n in zip(self._first_node(wall.grid), wall.grid.shape, strict=True)
+            for first, n in zip(first_node(self.mesh.grid, wall.grid), wall.grid.shape, strict=True)
         )
         return smoothed(to_uniform(velocity, blocks, region=box, outside="last"))
 
     def _with(self, vorticity: Array, blocks: Blocks, created: Array, wall: Wall) -> Array:
         """The vorticity and what a wall created on its mesh."""
-        first = self._first_node(wall.grid)
+        first = first_node(self.mesh.grid, wall.grid)
         return added(vorticity, blocks, created, first, threads=self.flow.threads)
 
     def _skin(self, poses: tuple[Pose, ...]) -> Places | None:

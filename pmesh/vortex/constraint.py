@@ -255,15 +255,15 @@ class Wall:
 def window_on(grid: Grid, box: Grid) -> Overlap:
     """Where a box lies on a mesh of the same lattice."""
     mesh, inside = [], []
-    for first, n, nodes in zip(_steps(grid, box), box.shape, grid.shape, strict=True):
+    for first, n, nodes in zip(first_node(grid, box), box.shape, grid.shape, strict=True):
         low, high = max(first, 0), min(first + n, nodes)
         mesh.append(slice(low, high))
         inside.append(slice(low - first, high - first))
     return Overlap(tuple(mesh), tuple(inside))
 
 
-def _steps(grid: Grid, box: Grid) -> tuple[int, ...]:
-    """Nodes from the grid's origin to the box's."""
+def first_node(grid: Grid, box: Grid) -> tuple[int, ...]:
+    """The node of a grid at which a box of its lattice begins."""
     return tuple(
         round((b - a) / grid.spacing) for a, b in zip(grid.origin, box.origin, strict=True)
     )
