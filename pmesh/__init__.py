@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from pmesh.spectral.poisson import poisson as poisson
     from pmesh.spectral.poisson import velocity as velocity
     from pmesh.vortex.carrier import Carrier as Carrier
+    from pmesh.vortex.criteria import lambda2 as lambda2
+    from pmesh.vortex.criteria import q_criterion as q_criterion
     from pmesh.vortex.flow import VortexFlow as VortexFlow
     from pmesh.vortex.flowmap import VelocityHistory as VelocityHistory
     from pmesh.vortex.flowmap import ftle as ftle
@@ -64,7 +66,9 @@ __all__ = [
     "VortexFlow",
     "Window",
     "ftle",
+    "lambda2",
     "poisson",
+    "q_criterion",
     "run",
     "velocity",
 ]
@@ -91,6 +95,8 @@ _HOME = {
     "AdaptiveSolver": "pmesh.spectral.corrections",
     "VortexFlow": "pmesh.vortex.flow",
     "ftle": "pmesh.vortex.flowmap",
+    "lambda2": "pmesh.vortex.criteria",
+    "q_criterion": "pmesh.vortex.criteria",
     "Limit": "remesh.limit",
     "State": "pmesh.vortex.state",
     "BlowUpError": "remesh.errors",
