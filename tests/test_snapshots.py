@@ -9,9 +9,16 @@ import pytest
 from toy import Decay
 
 from pmesh.run.loop import run
-from pmesh.run.snapshots import Snapshots, read_snapshots, write_index, write_snapshot
+from pmesh.run.snapshots import (
+    Snapshots,
+    read_snapshots,
+    snapshot_names,
+    write_index,
+    write_snapshot,
+)
 from remesh.errors import InputError, StorageError
 from remesh.grid import Grid
+from remesh.halving import halved, halved_grid
 
 
 def a_run(out: Path, grid: Grid, **options: Any) -> list[Any]:
@@ -117,6 +124,84 @@ def test_a_lattice_that_shifts_by_part_of_a_cell_is_refused(tmp_path: Path) -> N
     ]
     with pytest.raises(InputError, match="share one lattice"):
         write_index(tmp_path, shots)
+
+
+def both(out: Path, flow: Decay, until: float = 0.5, **options: Any) -> tuple[list[Any], list[Any]]:
+    """Snapshots in full and reduced by 2, of one run."""
+    watch = [Snapshots(every=0.25), Snapshots(every=0.125, reduce=2, dtype="float32")]
+    run(flow, flow.start(), until=until, out=out, watch=watch, **options)
+    return read_snapshots(out), read_snapshots(out, "fields-2")
+
+
+@pytest.mark.parametrize("boundary", ["periodic", "unbounded"])
+@pytest.mark.parametrize("shape", [(8, 12), (8, 10, 12)])
+def test_reduced_snapshots_stand_beside_full_ones_at_the_places_of_every_second_node(
+    tmp_path: Path, shape: tuple[int, ...], boundary: Any
+) -> None:
+    grid = Grid(shape, 0.1, (-1.0, 2.0, 0.5)[: len(shape)], boundary)
+    full, small = both(tmp_path, Decay(grid=grid))
+    assert [s.time for s in full] == [0.0, 0.25, 0.5]
+    assert [s.time for s in small] == [0.0, 0.125, 0.25, 0.375, 0.5]
+    assert (small[0].grid, small[0]["vorticity"].dtype) == (halved_grid(grid), "float32")
+    assert small[2]["vorticity"] == pytest.approx(halved(full[1]["vorticity"], grid), abs=1e-6)
+    if boundary == "unbounded":
+        assert small[0]["velocity"] == pytest.approx(small[0].grid.points(), abs=1e-6)
+    assert set(np.unique(small[0]["chi"])) <= {0, 1}
+    with h5py.File(tmp_path / "fields-2.vtkhdf", "r") as file:
+        root = file["VTKHDF"]
+        assert list(root.attrs["Spacing"]) == [0.2] * 3
+        assert list(root.attrs["Origin"])[: len(shape)] == list(grid.origin)
+        np.testing.assert_array_equal(root["PointData/vorticity"][-1].T, small[-1]["vorticity"])
+
+
+def test_reduced_nodes_stay_on_one_lattice_when_the_domain_grows_by_odd_numbers_of_nodes(
+    tmp_path: Path,
+) -> None:
+    flow = Decay(grid=Grid((12, 10), 0.1), grows=3)
+    full, small = both(tmp_path / "whole", flow)
+    assert len({round(s.grid.origin[0] / 0.1) % 2 for s in full}) == 2
+    assert {round(s.grid.origin[0] / 0.1) % 2 for s in small} == {0}
+    for shot in small:
+        assert shot["velocity"] == pytest.approx(shot.grid.points(), abs=1e-6)
+    both(tmp_path / "cut", flow, until=0.25)
+    again = both(tmp_path / "cut", flow, resume=True)[1]
+    assert [s.time for s in again] == [s.time for s in small]
+    for one, other in zip(again, small, strict=True):
+        assert one.grid == other.grid
+        np.testing.assert_array_equal(one["vorticity"], other["vorticity"])
+
+
+def test_a_new_run_in_the_place_of_an_old_one_leaves_none_of_its_reduced_snapshots(
+    tmp_path: Path,
+) -> None:
+    flow = Decay(grid=Grid((12, 10), 0.1))
+    both(tmp_path, flow)
+    (tmp_path / "fields-mine").mkdir()
+    (tmp_path / "fields-mine/notes.txt").write_text("kept")
+    run(flow, flow.start(), until=0.5, out=tmp_path, overwrite=True)
+    assert sorted(p.name for p in tmp_path.glob("fields*")) == ["fields-mine"]
+
+
+def test_a_run_with_reduced_snapshots_only_is_read_without_naming_them(tmp_path: Path) -> None:
+    flow = Decay(grid=Grid((16, 20), 0.1))
+    watch = [Snapshots(every=0.5, reduce=4)]
+    run(flow, flow.start(), until=0.5, out=tmp_path, watch=watch)
+    assert snapshot_names(tmp_path) == ["fields-4"]
+    assert [s.grid.shape for s in read_snapshots(tmp_path)] == [(4, 5)] * 2
+
+
+def test_what_cannot_be_reduced_and_names_used_twice_are_refused(tmp_path: Path) -> None:
+    flow = Decay(grid=Grid((8, 9), 0.1, boundary="periodic"))
+    with pytest.raises(InputError, match="every 2th node of axis 1 cannot be kept"):
+        both(tmp_path / "odd", flow)
+    assert not (tmp_path / "odd").exists()
+    with pytest.raises(InputError, match="reduce must be one of 1, 2, 4, 8, 16, got 3"):
+        Snapshots(every=0.1, reduce=3)
+    with pytest.raises(InputError, match="below 'fields' or 'fields-word', got 'mine'"):
+        Snapshots(every=0.1, name="mine")
+    watch = [Snapshots(every=0.1), Snapshots(every=0.2, fields=["chi"])]
+    with pytest.raises(InputError, match="two watchers write snapshots below 'fields'"):
+        run(flow, flow.start(), until=0.5, out=tmp_path / "two", watch=watch)
 
 
 def test_bad_requests_are_refused(tmp_path: Path) -> None:

@@ -21,8 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.run.files import reading, write_atomic
-from pmesh.run.rundir import FIELDS, SNAPSHOTS
-from pmesh.run.snapshots import LIBRARY, Names, Snapshot
+from pmesh.run.rundir import SNAPSHOTS
+from pmesh.run.shot import LIBRARY, Names, Snapshot
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.multires.blocks import Blocks
@@ -127,7 +127,7 @@ def read_blocks(path: Path, file: h5py.File) -> AdaptiveSnapshot:
     )
 
 
-def write_block_index(folder: Path, written: Sequence[Snapshot]) -> None:
+def write_block_index(folder: Path, written: Sequence[Snapshot], name: str = SNAPSHOTS) -> None:
     """Write the index ``fields.vtkhdf``: all snapshots as one overlapping AMR over time."""
     snapshots = [shot for shot in written if isinstance(shot, AdaptiveSnapshot)]
     if len(snapshots) < len(written):
@@ -148,7 +148,7 @@ def write_block_index(folder: Path, written: Sequence[Snapshot]) -> None:
         steps["Values"] = [shot.time for shot in snapshots]
         for level in range(max(shot.blocks.finest for shot in snapshots) + 1):
             _index_level(root, steps.create_group(f"Level{level}"), level, snapshots)
-    write_atomic(folder / FIELDS, image.getbuffer())
+    write_atomic(folder / f"{name}.vtkhdf", image.getbuffer())
 
 
 def _index_level(
@@ -170,7 +170,7 @@ def _index_level(
         for shot, start, count in zip(snapshots, starts, counts, strict=True):
             if count and shot.names.get(name) == (components, dtype):
                 layout[start * nodes : (start + count) * nodes] = h5py.VirtualSource(
-                    f"{SNAPSHOTS}/{shot.path.name}",
+                    f"{shot.path.parent.name}/{shot.path.name}",
                     f"VTKHDF/Level{level}/PointData/{name}",
                     shape=(int(count) * nodes, *tail),
                     dtype=dtype,

@@ -96,10 +96,21 @@ def refuse_another_run(path: Path, *, overwrite: bool) -> None:
 
 def clear(path: Path, names: tuple[str, ...] = RUN_FILES) -> None:
     """Remove files of a run, with the pictures that were made of it, and no others."""
-    half_written = [*path.glob(".*.part"), *(path / SNAPSHOTS).glob(".*.part")]
-    for item in (*(path / name for name in (*LOOKS, *names)), *half_written):
+    half_written = [*path.glob(".*.part"), *path.glob(f"{SNAPSHOTS}*/.*.part")]
+    others = _other_snapshots(path) if SNAPSHOTS in names else []
+    for item in (*(path / name for name in (*LOOKS, *names)), *others, *half_written):
         with storing(item):
             if item.is_dir():
                 shutil.rmtree(item)
             else:
                 item.unlink(missing_ok=True)
+
+
+def _other_snapshots(path: Path) -> list[Path]:
+    """What watchers wrote below names of their own, ``fields-2``: folders of snapshots, indices."""
+    found = []
+    for item in path.glob(f"{SNAPSHOTS}-*"):
+        inside = item.iterdir() if item.is_dir() else [item]
+        if all(one.suffix in (".vtkhdf", ".part") for one in inside):
+            found.append(item)
+    return found
