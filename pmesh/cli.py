@@ -114,6 +114,7 @@ COMMON: list[click.Parameter] = [
     click.Option(["--out"], metavar="DIR", help="run directory  [default: out/CASE]"),
     click.Option(["--resume"], is_flag=True, help="go on from the checkpoint in the directory"),
     click.Option(["--overwrite"], is_flag=True, help="replace the run in the directory"),
+    click.Option(["--estimate"], is_flag=True, help="tell memory and time, take a few steps, stop"),
     click.Option(
         ["--checkpoint-every"],
         type=float,
@@ -133,6 +134,7 @@ def _start(
     *,
     resume: bool,
     overwrite: bool,
+    estimate: bool,
     checkpoint_every: float,
 ) -> None:
     """Run the case with a progress line, and close with the metrics table."""
@@ -145,6 +147,9 @@ def _start(
     if resume:
         values = resumed_values(folder, name, values)
     case = cls.make(values, quick=quick)
+    if estimate:
+        click.echo(_forecast(case))
+        return
     report = run_case(
         name,
         case,
@@ -158,6 +163,14 @@ def _start(
     click.echo(f"{folder}/: figure.png, fields.vtkhdf, series.csv, summary.json")
 
 
+def _forecast(case: Case) -> str:
+    """What a run of the case would take, and the size that would fit if it does not."""
+    from pmesh.cases.fitting import advice, forecast
+
+    told = forecast(case)
+    return str(told) if told.fits else f"{told}\n  try: {advice(case, told.free or 0)}"
+
+
 @command.command()
 @click.argument("folder", metavar="DIR")
 @click.option("--field", metavar="NAME", help="which  [default: vorticity, else the interface]")
@@ -167,12 +180,41 @@ def _start(
 @click.option("--limit", type=float, metavar="X", help="where colours saturate  [default: by run]")
 @click.option("--pixels", default=640, metavar="N", help="along the longer side  [default: 640]")
 @click.option("--mesh", is_flag=True, help="outline the blocks of an adaptive run")
+@click.option(
+    "--level", metavar="X[,X]", help="in space: of the surfaces  [default: a share of the extreme]"
+)
+@click.option(
+    "--colour", "colour_by", metavar="NAME", help="in space: field of the colours, or none"
+)
+@click.option(
+    "--view", metavar="A,E", help="in space: azimuth, elevation  [default: -55,22 degrees]"
+)
+@click.option("--slice", "cut", metavar="z=0", help="in space: a plane instead of surfaces")
+@click.option("--snapshots", "name", metavar="NAME", help="such as fields-2  [default: fields]")
 @click.option("--out", metavar="FILE", help="[default: DIR/movie.gif]")
-def movie(folder: str, out: str | None, **given: Any) -> None:
-    """Make a movie of a run from its snapshots."""
+def movie(folder: str, out: str | None, level: str | None, view: str | None, **given: Any) -> None:
+    """Make a movie of a run from its snapshots.
+
+    In space it shows lit surfaces of the vorticity (its size), or of --field lambda2, q, or any
+    scalar or component (vorticity_x), in the colours of another field.
+    """
     from pmesh.cases.movie import movie as make
 
+    given["level"] = None if level is None else _numbers("--level", level)
+    given["view"] = None if view is None else _numbers("--view", view, 2)
     click.echo(make(folder, out, **given))
+
+
+def _numbers(flag: str, text: str, count: int | None = None) -> tuple[float, ...]:
+    """Numbers with commas between them."""
+    try:
+        found = tuple(float(word) for word in text.replace(",", " ").split())
+    except ValueError:
+        found = ()
+    if not found or (count is not None and len(found) != count):
+        some = f"{count} numbers" if count else "numbers"
+        raise InputError(f"{flag} takes {some}, got {text!r}", hint=f"{flag}=-55,22")
+    return found
 
 
 @command.command()

@@ -196,8 +196,6 @@ def test_what_has_no_interface_is_refused(tmp_path: Path) -> None:
         interface_film(shots, "phi")
     with pytest.raises(InputError, match="no field 'vorticity'"):
         film(shots)
-    with pytest.raises(InputError, match="3 dimensions"):
-        film(shots, "temperature")
     with pytest.raises(InputError, match="nothing is inside"):
         list(film([ball(tmp_path, 1, ROOM, x=0.7, radius=-1.0)]).pixels)
     with pytest.raises(InputError, match="no colours to limit"):

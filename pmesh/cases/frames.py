@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.cases.plain import SHADE
 from remesh.errors import InputError, StorageError
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ Pixels = NDArray[np.uint8]
 Kind = Literal["gif", "mp4"]
 KINDS: tuple[Kind, ...] = ("gif", "mp4")
 STRIP = 28  # pixels above the picture, for the time
+BAR = 90  # pixels that a bar of colours is long
+SHADES, DARKEST = 24, 0.36  # entries of a palette that are kept for shadows, and their depth
 SAMPLES = 8  # frames that a palette is made from
 
 
@@ -51,6 +54,36 @@ def strip(width: int, left: str, right: str) -> Pixels:
     if letters.getlength(left + right) < width - 32:
         pen.text((width - 8, STRIP // 2), right, fill=0, font=letters, anchor="rm")
     return np.asarray(line)
+
+
+def colour_strip(
+    width: int,
+    left: str,
+    label: str | None = None,
+    limits: tuple[float, float] | None = None,
+    colours: str = "viridis",
+) -> Pixels:
+    """A line of text and, with ``limits``, a bar of the colours, (STRIP, width, 3)."""
+    line = np.repeat(strip(width, left, "")[..., None], 3, axis=2)
+    if limits is None:
+        return line
+    from matplotlib import colormaps
+    from PIL import Image, ImageDraw
+
+    picture, letters = Image.fromarray(line), _font()
+    pen = ImageDraw.Draw(picture)
+    low, high = f"{label or ''}  {limits[0]:.3g} ", f" {limits[1]:.3g}"
+    last = width - 8 - round(letters.getlength(high))
+    first = last - BAR
+    if first - letters.getlength(low) < letters.getlength(left) + 24:
+        return line
+    middle = STRIP // 2
+    pen.text((first, middle), low, fill="black", font=letters, anchor="rm")
+    pen.text((last, middle), high, fill="black", font=letters, anchor="lm")
+    drawn = np.array(picture)
+    shades = np.rint(255 * colormaps[colours](np.linspace(0, 1, BAR))[:, :3])
+    drawn[middle - 5 : middle + 5, first:last] = shades.astype(np.uint8)
+    return drawn
 
 
 def _font() -> FreeTypeFont:
@@ -87,11 +120,13 @@ def _indexed(pictures: Sequence[Image]) -> list[Image]:
     spread = pictures[:: -(-len(pictures) // SAMPLES)]
     found = np.unique(np.concatenate([np.unique(_packed(picture)) for picture in spread]))
     colours = Image.fromarray(_unpacked(found)[None]).quantize(
-        255, method=Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE
+        255 - SHADES, method=Image.Quantize.MEDIANCUT, kmeans=1, dither=Image.Dither.NONE
     )
     table = np.full((256, 3), 255, np.uint8)
-    known = np.array(colours.getpalette(), np.uint8).reshape(-1, 3)[:255]
+    known = np.array(colours.getpalette(), np.uint8).reshape(-1, 3)[: 255 - SHADES]
     table[: len(known)] = known
+    dark = np.linspace(0.0, DARKEST, SHADES)[:, None] * (255 - np.array(SHADE))
+    table[-SHADES:] = np.rint(255 - dark)
     tree, results = KDTree(table.astype(float)), []
     for picture in pictures:
         own, where = np.unique(_packed(picture), return_inverse=True)

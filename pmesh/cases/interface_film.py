@@ -112,7 +112,7 @@ def _space(
     limit: float | None,
 ) -> Any:  # fmt: skip
     """Pictures in space."""
-    size = _size(box, pixels)
+    size = picture_size(box, pixels)
     ends = None if field in INTERFACES else _limits(shots, name, field, limit)
     told = "" if ends is None else f"{field}, {ends[0]:.3g} to {ends[1]:.3g}"
     colours = "RdBu_r" if ends is not None and ends[0] == -ends[1] else "viridis"
@@ -194,11 +194,11 @@ def extent(shots: Sequence[Shot], name: str, places: Sequence[Array]) -> Box:
     return Box(low - edge, high + edge)
 
 
-def _size(box: Box, pixels: int) -> tuple[int, int]:
+def picture_size(box: Box, pixels: int, view: tuple[float, float] = VIEW) -> tuple[int, int]:
     """Width and height of a picture in space [pixels]: the shape of the box as it is seen."""
     corners = np.array([box.low, box.high])
     points = np.stack(np.meshgrid(*corners.T), axis=-1).reshape(-1, 3)
-    seen = np.ptp(aimed(points, VIEW, (pixels, pixels)).project(points)[:, :2], axis=0)
+    seen = np.ptp(aimed(points, view, (pixels, pixels)).project(points)[:, :2], axis=0)
     return _even(np.maximum(seen, SLIM * seen.max()), pixels)
 
 

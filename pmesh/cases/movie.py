@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from pmesh.cases.frames import KINDS, Frames, Kind, Pixels, ffmpeg, strip, written
 from pmesh.cases.interface_film import INTERFACES, VALUES, extent, interface_film, interface_of
 from pmesh.cases.mesh_picture import outlined
+from pmesh.cases.slices import Plane, plane_of
+from pmesh.cases.vortex_film import vortex_film
 from pmesh.cases.wake import (
     EDGE,
     EMPTY,
@@ -27,7 +29,7 @@ from pmesh.cases.wake import (
     window,
 )
 from pmesh.run.files import write_atomic
-from pmesh.run.snapshots import read_snapshots
+from pmesh.run.snapshots import read_snapshots, snapshot_names
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.multires.boxes import leaf_boxes
@@ -49,6 +51,11 @@ def movie(
     limit: float | None = None,
     pixels: int = 640,
     mesh: bool = False,
+    level: Sequence[float] | None = None,
+    colour_by: str | None = None,
+    view: tuple[float, float] | None = None,
+    cut: str | None = None,
+    name: str | None = None,
 ) -> Path:
     """Write the movie of a run directory, by default ``movie.gif`` in it; returns its path.
 
@@ -57,7 +64,12 @@ def movie(
     it, if there are any, or of another field. One window over all snapshots, or with
     ``follow`` one that moves with the bodies; colours that saturate at ``limit`` [of the field];
     ``pixels`` along the longer side. Bodies are filled, the time is above; ``mesh`` outlines the
-    active blocks of adaptive plane runs.
+    active blocks of adaptive plane runs. ``name``: of the watcher whose snapshots are shown.
+    In space, without an interface, lit surfaces on which the field has the ``level``, or levels
+    (by default a share of its extreme), in the colours of ``colour_by``, seen from ``view``
+    (azimuth, elevation) [degrees]: of the vorticity by default, of ``lambda2`` and ``q``, worked
+    out of the velocity, of any field or component such as ``vorticity_x``. With ``cut``, such as
+    "z=0", a plane instead, by default of the vorticity across it.
     GIF by Pillow; MP4 by imageio-ffmpeg (``pip install "pmesh-flow[movie]"``) or an ffmpeg on the
     path. Refuses a run without snapshots, an unknown field, and MP4 without ffmpeg.
     """
@@ -72,21 +84,25 @@ def movie(
     if kind == "mp4":
         ffmpeg()
     path = Path(folder) / f"movie.{kind}" if out is None else Path(out)
-    shots = snapshots(folder, *([field] if field else []))
-    frames = film(shots, field, follow=follow, limit=limit, pixels=pixels, mesh=mesh)
+    frames = film(
+        snapshots(folder, name=name), field, follow=follow, limit=limit, pixels=pixels, mesh=mesh,
+        level=level, colour_by=colour_by, view=view, cut=cut,
+    )  # fmt: skip
     write_atomic(path, written(frames, kind, fps))
     return path
 
 
-def snapshots(folder: str | Path, *fields: str) -> list[Any]:
+def snapshots(folder: str | Path, *fields: str, name: str | None = None) -> list[Any]:
     """The snapshots of a run that hold these fields; refuses a run without any."""
-    shots = read_snapshots(folder)
+    shots = read_snapshots(folder, name)
     if not shots:
+        held = ", ".join(snapshot_names(folder))
         raise InputError(
-            f"{folder} holds no snapshots", hint="the directory of a run with `every` set"
+            f"{folder} holds no snapshots{f' below {name!r}' if name else ''}",
+            hint=held if name and held else "the directory of a run with `every` set",
         )
-    for name in fields:
-        _check_held(shots, name)
+    for field in fields:
+        _check_held(shots, field)
     return shots
 
 
@@ -104,9 +120,27 @@ def film(
     limit: float | None = None,
     pixels: int = 640,
     mesh: bool = False,
+    level: Sequence[float] | None = None,
+    colour_by: str | None = None,
+    view: tuple[float, float] | None = None,
+    cut: str | None = None,
 ) -> Frames:
-    """The pictures of the snapshots: of a plane field, or of an interface."""
+    """The pictures of the snapshots: of a plane field, of an interface, of surfaces in space."""
+    if cut is not None:
+        shots = [Plane(shot, *plane_of(cut)) for shot in shots]
+        field = f"vorticity_{shots[0].across}" if field is None else field  # type: ignore[attr-defined]
     interface = interface_of(shots)
+    in_space = shots[0].grid.ndim == 3 and (interface is None or level is not None)
+    if not in_space and (level, colour_by, view) != (None, None, None):
+        raise InputError(
+            "a level, colours by another field and a view are of surfaces in space",
+            hint="a run in space without an interface, and no --slice",
+        )
+    if in_space:
+        return vortex_film(
+            shots, field, level=level, colour_by=colour_by, limit=limit, view=view, pixels=pixels,
+            centre=centre if follow else None,
+        )  # fmt: skip
     if field is None:
         ours = "vorticity" if shots[0].grid.ndim == 2 else VALUES
         held = all(ours in shot.names for shot in shots) and (interface or ours == "vorticity")
@@ -118,7 +152,7 @@ def film(
     signed = any(plane(shot, field).min() < 0 for shot in shots)
     places = [centre(shot) if follow else (0.0, 0.0) for shot in shots]
     parts = [window([shot], field, limit=limit) for shot in shots]
-    parts = [part.moved(-x, -y) for part, (x, y) in zip(parts, places, strict=True)]
+    parts = [part.moved(-place[0], -place[1]) for part, place in zip(parts, places, strict=True)]
     ends = np.array(parts)
     whole = Window(*ends[:, 0:1].min(0), *ends[:, 1:2].max(0), *ends[:, 2:3].min(0),
                    *ends[:, 3:4].max(0))  # fmt: skip
@@ -131,20 +165,30 @@ def film(
     name = field if plane(shots[0], field).shape == shots[0][field].shape else f"|{field}|"
     scale = f"{name}, {'±' if signed else '0 to '}{limit:g}"
     frames = (
-        _frame(shot, field, interface, whole.moved(*place), shape, limit, signed, scale, mesh)
+        _frame(
+            shot,
+            field,
+            interface,
+            whole.moved(place[0], place[1]),
+            shape,
+            limit,
+            signed,
+            scale,
+            mesh,
+        )
         for shot, place in zip(shots, places, strict=True)
     )
     return Frames(pixels=frames, palette=palette(signed))
 
 
-def centre(shot: Shot) -> tuple[float, float]:
-    """Centre of area of the bodies [L]; refuses a snapshot without bodies."""
+def centre(shot: Shot) -> tuple[float, ...]:
+    """Centre of area or volume of the bodies [L]; refuses a snapshot without bodies."""
     chi = indicator(shot)
     if chi is None or chi.max() <= 0:
         raise InputError("there is no body to follow", hint="a movie without --follow")
-    x, y = shot.grid.axes()
-    area = chi.sum()
-    return float(x @ chi.sum(axis=1) / area), float(y @ chi.sum(axis=0) / area)
+    size, axes = chi.sum(), range(chi.ndim)
+    sums = (chi.sum(axis=tuple(k for k in axes if k != axis)) for axis in axes)
+    return tuple(float(x @ part / size) for x, part in zip(shot.grid.axes(), sums, strict=True))
 
 
 def palette(signed: bool) -> Pixels:

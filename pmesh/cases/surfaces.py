@@ -48,6 +48,7 @@ __all__ = [
 ]
 
 DROP = 0.03  # of the diagonal, from what is shown down to its shadow
+PEELS = 8  # sheets of glass that are told apart, one behind the other
 COVER = 256  # pixels along a side of the shadow
 
 
@@ -127,7 +128,9 @@ def _by_vtk(
     import pyvista
 
     with window():
-        plotter = pyvista.Plotter(off_screen=True, window_size=list(camera.size), lighting="none")
+        plotter: Any = pyvista.Plotter(
+            off_screen=True, window_size=list(camera.size), lighting="none"
+        )
         try:
             for layer, mesh in zip(layers, meshes, strict=True):
                 _add(plotter, layer, mesh)
@@ -138,9 +141,11 @@ def _by_vtk(
                 plotter.add_mesh(
                     edges, style="wireframe", color=EDGES, line_width=1.5, lighting=False
                 )
+            if any(layer.opacity < 1.0 for layer in layers):
+                plotter.enable_depth_peeling(PEELS)
             _light(plotter, extent)
             _aim(plotter, camera)
-            plotter.set_background(background or "white")  # type: ignore[arg-type]
+            plotter.set_background(background or "white")
             picture = plotter.screenshot(return_img=True, transparent_background=not background)
         finally:
             plotter.close()
