@@ -14,21 +14,39 @@ _NEAR = 0.05  # below it the two laws of distance are taken from their series
 
 
 @njit(cache=True, nogil=True)
+def _longest_stride(nodes):
+    """Largest distance from a node to the next."""
+    square = 0.0
+    for m in range(nodes.shape[0] - 1):
+        dx = nodes[m + 1, 0] - nodes[m, 0]
+        dy = nodes[m + 1, 1] - nodes[m, 1]
+        dz = nodes[m + 1, 2] - nodes[m, 2]
+        square = max(square, dx * dx + dy * dy + dz * dz)
+    return math.sqrt(square)
+
+
+@njit(cache=True, nogil=True)
 def add_core(points, nodes, elements, strength, core, out):
     """Add strength * sum of elements * Gaussian(point - node); points and out (n, 3)."""
     scale = strength / (_SQRT_PI * core) ** 3
     inverse = 1.0 / core**2
+    reach = math.sqrt(_FAR) * core
+    stride = _longest_stride(nodes)
     for p in range(points.shape[0]):
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
         a = b = c = 0.0
-        for m in range(nodes.shape[0]):
+        m = 0
+        while m < nodes.shape[0]:
             dx, dy, dz = x - nodes[m, 0], y - nodes[m, 1], z - nodes[m, 2]
-            square = (dx * dx + dy * dy + dz * dz) * inverse
-            if square < _FAR:
-                weight = math.exp(-square)
+            square = dx * dx + dy * dy + dz * dz
+            if square < reach * reach:
+                weight = math.exp(-square * inverse)
                 a += weight * elements[m, 0]
                 b += weight * elements[m, 1]
                 c += weight * elements[m, 2]
+                m += 1
+            else:  # no node comes within reach before the line has run that far
+                m += max(1, int((math.sqrt(square) - reach) / stride))
         out[p, 0] += scale * a
         out[p, 1] += scale * b
         out[p, 2] += scale * c

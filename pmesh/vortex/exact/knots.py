@@ -9,7 +9,7 @@ import numpy as np
 
 from pmesh.vortex.exact.flow import Triple, check, check_triple, frame
 from pmesh.vortex.exact.tubes import Filament, Tubes, closed_filament, node_count
-from remesh.errors import InputError
+from remesh.errors import InputError, as_whole
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,9 @@ class TorusKnot(Tubes):
         check(self, positive=("radius", "tube", "core"), not_negative=())
         check_triple(self, "center", "axis")
         frame(self.axis)
-        if len(self.turns) != 2 or min(self.turns) < 1 or math.gcd(*self.turns) != 1:
+        for count in self.turns:
+            as_whole("TorusKnot: turns", count, least=1, hint="turns=(2, 3)")
+        if len(self.turns) != 2 or math.gcd(*self.turns) != 1:
             raise InputError(
                 f"TorusKnot: turns must be two whole numbers without common divisor, "
                 f"got {self.turns}",

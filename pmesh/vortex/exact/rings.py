@@ -20,7 +20,7 @@ from pmesh.vortex.exact.flow import (
 )
 from pmesh.vortex.exact.thin_rings import thin_ring_speed
 from pmesh.vortex.exact.tubes import Filament, Tubes, VortexTubes, closed_filament, node_count
-from remesh.errors import InputError
+from remesh.errors import InputError, as_whole
 
 _PANEL, _WEIGHT = np.polynomial.legendre.leggauss(12)
 
@@ -52,6 +52,10 @@ class VortexRing(Tubes):
         check(self, positive=("radius", "core"), not_negative=("amplitude",))
         check_triple(self, "center", "axis")
         frame(self.axis)
+        for n in self.modes:
+            as_whole("VortexRing: a mode", n, least=1, hint="modes=(5,)")
+        if self.amplitude and not self.modes:
+            raise InputError("VortexRing: an amplitude needs modes", hint="modes=(5,)")
         if self.phases and len(self.phases) != len(self.modes):
             raise InputError(
                 f"VortexRing: {len(self.modes)} modes and {len(self.phases)} phases",

@@ -131,4 +131,4 @@ class StrainedRing:
         inverse = np.linalg.inv(spread)
         shear = float(np.trace(inverse) * (a @ a) - a @ inverse @ a)
         scale = self.width**6 * (2.0 * math.pi) ** 1.5 / 8.0
-        return scale * shear / math.sqrt(float(np.linalg.det(spread)))
+        return float(scale * shear / math.sqrt(float(np.linalg.det(spread))))

@@ -44,7 +44,7 @@ class Superposition:
         """Sum of the parts' impulses at t = 0, (3,) [L^4/T]."""
         self._need("impulse")
         parts = (part.impulse for part in self.parts)
-        return np.sum([p() if callable(p) else p for p in parts], axis=0)
+        return np.asarray(np.sum([p() if callable(p) else p for p in parts], axis=0))
 
     def _need(self, name: str) -> None:
         """Refuse a sum of what a part does not know."""

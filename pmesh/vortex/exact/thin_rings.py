@@ -45,12 +45,11 @@ def filament_stream(r: Vector, z: Vector, radius: Vector) -> Vector:
 
 def filament_velocity(r: Vector, z: Vector, radius: Vector) -> tuple[Vector, Vector]:
     """(u_r, u_z) of a circular filament of unit circulation at z = 0, off the filament, r > 0."""
-    from scipy.special import ellipe, ellipk
+    from scipy.special import ellipe, ellipkm1
 
     far = (r + radius) ** 2 + z * z
     near = (r - radius) ** 2 + z * z
-    m = 4.0 * r * radius / far
-    first, second = ellipk(m), ellipe(m)
+    first, second = ellipkm1(near / far), ellipe(4.0 * r * radius / far)
     scale = 1.0 / (2.0 * math.pi * np.sqrt(far))
     along = scale * (first + (radius**2 - r * r - z * z) / near * second)
     out = scale * z / r * (-first + (radius**2 + r * r + z * z) / near * second)

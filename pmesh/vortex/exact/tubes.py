@@ -47,7 +47,8 @@ class Tubes(ABC):
     without approximation, since the lines close; the profile across a tube is
     ``Gamma/(pi a^2) exp(-s^2/a^2) [1 + O(a/R)]`` where R is the radius of curvature. Velocity,
     impulse, energy, helicity and enstrophy follow from the lines by sums that converge faster
-    than any power: exact to round-off at the nodes chosen. ``one + other`` are both together.
+    than any power: exact to round-off at the nodes chosen. All is in free space, no periodic
+    images. ``one + other`` are both together.
     """
 
     @abstractmethod
