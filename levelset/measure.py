@@ -77,10 +77,17 @@ def _of_rings(rings: list[Values]) -> Measure:
 
 
 def _of_cells(shape: Shape) -> Measure:
-    """The moments of the cells' shares, told by the distance over two cells to each side.
+    """The moments of the cells' shares."""
+    points, share, middle = cell_shares(shape)
+    first = (points * share).reshape(shape.ndim, -1).sum(axis=1)
+    return _measured(float(share.sum()), first, float((points**2 * share).sum()), middle)
 
-    The edge so smeared keeps the moments 0 to 2 across it: flat and smooth edges lose nothing of
-    order 2, only corners do.
+
+def cell_shares(shape: Shape) -> tuple[Values, Values, Values]:
+    """Points (ndim, ...) seen from the middle of the shape's box, the volume of each, the middle.
+
+    Told by the distance over two cells to each side: the edge so smeared keeps the moments 0 to 2
+    across it, flat and smooth edges lose nothing of order 2, only corners do.
     """
     low, high = (np.array(corner) for corner in shape.bounds())
     step = float((high - low).max()) / CUBES
@@ -90,8 +97,7 @@ def _of_cells(shape: Shape) -> Measure:
     points = np.stack(np.meshgrid(*axes, indexing="ij"))
     column = middle.reshape(-1, *(1,) * shape.ndim)
     share = _share(shape.distance(points + column) / step) * step**shape.ndim
-    first = (points * share).reshape(shape.ndim, -1).sum(axis=1)
-    return _measured(float(share.sum()), first, float((points**2 * share).sum()), middle)
+    return points, share, middle
 
 
 def _share(away: Array) -> Values:
