@@ -221,7 +221,8 @@ FAULTS = [
     ),
     Fault(
         "the torque has the other hand", "pmesh/vortex/loads.py",
-        "torque=float(turn - sums[number, 2])", "torque=float(turn + sums[number, 2])",
+        "torque=_plain((turn - sums[number, n:]) / dt)",
+        "torque=_plain((turn + sums[number, n:]) / dt)",
         "routes passage constraint",
     ),
     Fault(

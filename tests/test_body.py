@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from levelset.measure import measure
-from levelset.shapes import Box, Disk, Naca, Sphere
+from levelset.shape import rotation
+from levelset.shapes import Box, Disk, Ellipsoid, Naca, Sphere, TriangleMesh
 from pmesh.bodies.body import RigidBody, launched
 from pmesh.bodies.motion import Fixed, Free, Prescribed, Spring
 from pmesh.bodies.pose import still
@@ -37,7 +38,10 @@ def test_a_body_starts_where_its_shape_was_placed(shape, dtype):
     assert not pose.rigid(points).any()
     assert body.deformation(points, pose) is None
     assert body.placed() == pose
-    assert body.inertia(replace(pose, time=3.0)) == measure(shape).inertia
+    inertia = body.inertia(replace(pose, time=3.0))
+    sides = 1 if body.ndim == 2 else 2  # the trace of the tensor is twice the polar moment
+    total = float(np.trace(np.atleast_2d(inertia)))
+    assert total == pytest.approx(sides * measure(shape).inertia, rel=1e-14)
     assert not body.deforming
     assert body.period == math.inf
 
@@ -98,9 +102,49 @@ def test_what_is_no_shape_or_no_motion_is_refused():
     assert caught.value.hint == "motion=pmesh.Fixed()"
 
 
-def test_free_bodies_in_space_are_refused_when_they_are_made():
-    with pytest.raises(InputError, match="free motion is of plane bodies, got a shape in 3"):
-        RigidBody(Sphere(0.5), motion=Free())
+def test_a_free_body_in_space_has_three_spins_and_a_tensor_that_turns_with_it():
+    motion = Free(velocity=(1.0, 2.0, 3.0), spin=(0.1, 0.2, 0.3), locked=())
+    body = RigidBody(Ellipsoid((0.5, 0.3, 0.2)), motion=motion)
+    start = body.start()
+    assert (start.velocity, start.spin) == ((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    volume = body.measure.volume
+    own = volume / 5 * np.diag([0.13, 0.29, 0.34])
+    np.testing.assert_allclose(body.inertia(start), own, rtol=1e-12)
+    turn = (0.3, -0.5, 0.8)
+    matrix = rotation(turn)
+    found = body.inertia(replace(start, angle=turn))
+    np.testing.assert_allclose(found, matrix @ own @ matrix.T, atol=1e-12)
+
+
+def test_a_body_from_an_stl_file_weighs_as_much_as_its_solid(tmp_path):
+    """A cuboid 1 x 2 x 3 of twelve triangles, written and read again."""
+    corners = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)]) * (1, 2, 3.0)
+    square = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [face for a, b, c, d in square for face in ((a, b, c), (a, c, d))]
+    lines = ["solid cuboid"]
+    for face in faces:
+        lines += ["facet normal 0 0 0", "outer loop"]
+        lines += ["vertex {} {} {}".format(*corners[k]) for k in face]
+        lines += ["endloop", "endfacet"]
+    path = tmp_path / "cuboid.stl"
+    path.write_text("\n".join([*lines, "endsolid cuboid"]))
+    solid = TriangleMesh.from_file(str(path))
+    body = RigidBody(solid.moved((1.0, 0.0, 0.0)), motion=Free(density=2.0))
+    pose = body.start()
+    assert pose.center == pytest.approx((1.5, 1.0, 1.5))
+    assert body.measure.volume == pytest.approx(6.0)
+    np.testing.assert_allclose(body.inertia(pose), np.diag([6.5, 5.0, 2.5]), atol=1e-12)
+    turned = replace(pose, angle=(0.0, 0.0, np.pi / 2))
+    assert body.bounds(turned)[0] == pytest.approx((0.5, 0.5, 0.0))
+    assert body.bounds(turned)[1] == pytest.approx((2.5, 1.5, 3.0))
+    points = np.array([[1.5, 2.4], [1.0, 1.0], [1.5, 1.5]])
+    np.testing.assert_allclose(body.distance(points, turned), [-0.5, -0.1], atol=1e-12)
+
+
+def test_a_ball_that_turns_keeps_its_box():
+    body = RigidBody(Sphere(0.5, center=(1.0, 0.0, 0.0)), motion=Free())
+    turned = replace(body.start(), angle=(0.3, -0.5, 0.8))
+    assert body.bounds(turned)[0] == pytest.approx((0.5, -0.5, -0.5))
 
 
 @pytest.mark.parametrize(
@@ -109,8 +153,23 @@ def test_free_bodies_in_space_are_refused_when_they_are_made():
         (Free(velocity=(1.0,)), r"Free velocity must have 2 components, got \(1.0,\)"),
         (Free(gravity=(0.0, 0.0, -1.0)), "Free gravity must have 2 components"),
         (Free(spring=Spring(stiffness=(1.0,))), "Free spring stiffness must have 2 components"),
+        (Free(spin=(0.0, 0.0, 1.0)), "Free spin must be a number in 2 dimensions"),
+        (Free(locked=("turn_x",)), 'Free locks "turn_x" of a body in 2 dimensions'),
     ],
 )
 def test_vectors_of_another_dimension_are_refused(motion, said):
     with pytest.raises(InputError, match=said):
         launched(still((0.0, 0.0)), motion)
+
+
+@pytest.mark.parametrize(
+    ("motion", "said"),
+    [
+        (Free(velocity=(1.0, 0.0)), "Free velocity must have 3 components"),
+        (Free(spin=1.0), "Free spin must be 3 numbers in 3 dimensions, got 1.0"),
+        (Free(locked=("angle",)), 'Free locks "angle" of a body in 3 dimensions'),
+    ],
+)
+def test_vectors_of_the_plane_are_refused_in_space(motion, said):
+    with pytest.raises(InputError, match=said):
+        RigidBody(Sphere(0.5), motion=motion)

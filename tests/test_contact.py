@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from pmesh.bodies.body import RigidBody
 from pmesh.bodies.contact import ContactLaw, contacts, resolve
 from pmesh.bodies.motion import Fixed, Free, Prescribed
 from pmesh.bodies.swimmer import Swimmer
+from pmesh.bodies.turning import turned_on
 from remesh.errors import InputError
 
 H = 1 / 24  # spacing
@@ -298,11 +298,77 @@ def test_a_law_that_cannot_hold_is_refused():
             ContactLaw(**given)
 
 
-def test_free_bodies_in_space_are_refused_and_fixed_ones_are_not():
+def test_a_body_in_space_that_is_held_has_no_contacts():
     ball = RigidBody(Sphere(0.5), motion=Fixed())
     poses, impulses = resolve([ball], [ball.start()], [ball.start()], ContactLaw(), H)
     assert poses == (ball.start(),)
+    assert impulses.shape == (1, 6)
     assert not impulses.any()
-    free = SimpleNamespace(ndim=3, motion=Free())  # a user's own kind of body
-    with pytest.raises(InputError, match="contact is between plane bodies"):
-        resolve([free], [ball.start()], [ball.start()], ContactLaw(), H)
+
+
+def balls(*places, density=1.0):
+    """Balls of radius 1/2 at places (x, y, z, u, v, w), and their first poses."""
+    return [
+        RigidBody(Sphere(0.5, center=place[:3]), motion=Free(density=density, velocity=place[3:]))
+        for place in places
+    ]
+
+
+def in_flight(pose, dt):
+    """A body in free flight."""
+    center = tuple(x + dt * v for x, v in zip(pose.center, pose.velocity, strict=True))
+    angle = turned_on(pose.angle, np.multiply(dt, pose.spin))
+    return replace(pose, time=pose.time + dt, center=center, angle=angle)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 1.0])
+def test_balls_that_meet_askew_part_along_their_line_and_keep_their_momentum(restitution):
+    bodies = balls((-0.7, 0.0, 0.1, 1.0, 0.0, 0.0), (0.7, 0.3, -0.1, -0.5, 0.2, 0.0))
+    poses = tuple(body.start() for body in bodies)
+    before, law = np.sum([pose.velocity for pose in poses], axis=0), replace(VACUUM)
+    law = replace(law, restitution=restitution)
+    for _ in range(20):
+        after = [in_flight(pose, 0.04) for pose in poses]
+        met, impulses = resolve(bodies, poses, after, law, H)
+        if impulses.any():
+            arm = np.subtract(met[0].center, met[1].center)
+            way = arm / np.linalg.norm(arm)
+            old, new = (
+                np.dot(way, np.subtract(*(p.velocity for p in pair))) for pair in (poses, met)
+            )
+            assert new == pytest.approx(-restitution * old, abs=1e-6)
+            np.testing.assert_allclose(impulses[0, :3], -impulses[1, :3], atol=1e-13)
+            np.testing.assert_allclose(np.cross(impulses[0, :3], way), 0.0, atol=1e-4)
+            assert np.linalg.norm(arm) == pytest.approx(1.0 + H, abs=2e-3 * H)
+            break
+        poses = met
+    else:
+        pytest.fail("they never met")
+    np.testing.assert_allclose(np.sum([p.velocity for p in met], axis=0), before, atol=1e-13)
+
+
+def test_a_rod_in_space_that_is_hit_off_its_centre_turns_and_keeps_its_angular_momentum():
+    rod = RigidBody(Box((0.4, 2.0, 0.3)), motion=Free(density=2.0))
+    (ball,) = balls((-1.2, 0.7, 0.05, 1.0, 0.0, 0.0))
+    bodies, poses = [ball, rod], (ball.start(), rod.start())
+
+    def angular():
+        return sum(
+            body.motion.density
+            * (
+                body.measure.volume * np.cross(pose.center, pose.velocity)
+                + body.inertia(pose) @ pose.spin
+            )
+            for body, pose in zip(bodies, poses, strict=True)
+        )
+
+    before = angular()
+    for _ in range(20):
+        after = [in_flight(pose, 0.04) for pose in poses]
+        after[1] = replace(after[1], spin=tuple(np.linalg.solve(
+            rod.inertia(after[1]), rod.inertia(poses[1]) @ poses[1].spin
+        )))  # fmt: skip
+        poses, _ = resolve(bodies, poses, after, VACUUM, H)
+    assert poses[1].spin[2] < -0.1  # hit above the centre from the left
+    assert abs(poses[1].spin[1]) > 1e-3
+    np.testing.assert_allclose(angular(), before, atol=3e-3)

@@ -126,17 +126,19 @@ def test_a_free_coordinate_gets_the_momentum_that_the_force_takes(inertia):
     modes = np.zeros((1, 2, *NEAR.shape))
     modes[0, 0] = 1.0
     push = 3.0
-    freedom = Freedom(modes, np.array([inertia * mask().chi.sum()]), np.array([push]), np.zeros(1))
+    freedom = Freedom(
+        modes, np.array([[inertia * mask().chi.sum()]]), np.array([push]), np.zeros(1)
+    )
     done = held(freedom=freedom)
-    balance = freedom.inertia[0] * done.values[0] + done.impulse[0].sum()
-    assert balance == pytest.approx(push, abs=1e-9 * (1 + abs(freedom.inertia[0])))
+    balance = freedom.inertia[0, 0] * done.values[0] + done.impulse[0].sum()
+    assert balance == pytest.approx(push, abs=1e-9 * (1 + abs(freedom.inertia[0, 0])))
 
 
 def test_a_free_body_as_heavy_as_the_fluid_goes_with_the_stream():
     modes = np.zeros((1, 2, *NEAR.shape))
     modes[0, 0] = 1.0
     given = np.stack([np.ones(NEAR.shape), np.zeros(NEAR.shape)])
-    done = held(given, freedom=Freedom(modes, *np.zeros((3, 1))))
+    done = held(given, freedom=Freedom(modes, np.zeros((1, 1)), *np.zeros((2, 1))))
     assert done.values[0] == pytest.approx(1.0, abs=1e-7)
     assert np.abs(done.impulse).max() < 1e-5
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from levelset.shapes import Box, Disk, Ellipse
+from levelset.shapes import Box, Disk, Ellipse, Ellipsoid, Sphere
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.motion import Fixed, Free, Prescribed, Spring
 from pmesh.bodies.swimmer import Swimmer
@@ -107,3 +107,23 @@ def test_springs_swing_half_a_radian_in_a_step():
 
 def test_a_rate_of_zero_allows_any_step():
     assert (ratio(0.5, 0.0), ratio(0.5, 2.0)) == (math.inf, 0.25)
+
+
+def test_an_ellipsoid_is_as_thick_as_its_shortest_axis_however_it_is_turned():
+    assert thickness(RigidBody(Sphere(0.5))) == pytest.approx(1.0, rel=1e-12)
+    shape = Ellipsoid((1.0, 0.2, 0.6))
+    assert thickness(RigidBody(shape)) == pytest.approx(0.4, rel=1e-9)
+    assert thickness(RigidBody(shape.moved(None, (0.3, 0.5, -0.2)))) == pytest.approx(0.4, rel=1e-9)
+    assert thickness(RigidBody(Box((2.0, 3.0, 0.1)))) == pytest.approx(0.1, rel=0.3)
+
+
+def test_a_ball_falls_with_half_of_its_fluid():
+    """A ball in an ideal fluid: acceleration g (d - 1) / (d + 1/2)."""
+    body = RigidBody(Sphere(0.5), motion=Free(density=2.0, gravity=(0.0, 0.0, -3.0)))
+    grid = Grid((8, 8, 8), 1 / 32)
+    state = State(
+        time=0.0, step=1, grid=grid, vorticity=np.zeros((3, 8, 8, 8)), gradient=0.0,
+        speed=0.0, poses=(body.start(),),
+    )  # fmt: skip
+    dt = min(limit.dt for limit in body_limits([body], state, 1e-9) if limit.rule == "motion")
+    assert 0.5 * 3.0 / 2.5 * dt**2 == pytest.approx(grid.spacing / 4)

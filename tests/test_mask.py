@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
-from levelset.shapes import Box, Disk
+from levelset.shapes import Box, Disk, Ellipsoid, Sphere
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.mask import (
     Mask,
@@ -18,7 +18,7 @@ from pmesh.bodies.mask import (
     rigid_modes,
     swelling,
 )
-from pmesh.bodies.motion import Fixed, Free, Prescribed
+from pmesh.bodies.motion import Fixed, Free, Prescribed, coordinates
 from pmesh.bodies.swimmer import Swimmer
 from remesh.grid import Grid
 
@@ -170,3 +170,41 @@ def test_rigid_sections_swell_and_shrink_by_the_same_amount():
 def test_what_is_rigid_or_incompressible_does_not_swell():
     fish = Swimmer.carling()
     assert swelling((DISK, fish), (DISK.start(), fish.start()), GRID, 0.1) is None
+
+
+def test_rigid_modes_in_space_are_unit_shifts_and_the_cross_products_of_unit_spins():
+    ball = RigidBody(Sphere(0.5, center=(0.1, -0.2, 0.3)))
+    pose, grid = ball.start(), Grid((5, 6, 7), 0.2, (-0.4, -0.5, -0.6))
+    points = grid.points()
+    modes = rigid_modes(points, pose)
+    arm = np.moveaxis(points, 0, -1) - pose.center
+    for axis, unit in enumerate(np.eye(3)):
+        np.testing.assert_array_equal(np.moveaxis(modes[axis], 0, -1), unit + 0 * arm)
+        np.testing.assert_allclose(np.moveaxis(modes[3 + axis], 0, -1), np.cross(unit, arm))
+
+
+@dataclass(frozen=True)
+class Wobbling(RigidBody):
+    """A solid whose matter also moves by a law that has every momentum."""
+
+    @property
+    def deforming(self):
+        return True
+
+    def deformation(self, points, pose):
+        x, y, z = points
+        return np.stack([1.0 + y * z + y, 0.3 - x + x * x, 2.0 * x - z + 0.5 * y])
+
+
+@pytest.mark.parametrize("locked", [(), ("x", "turn_y")])
+def test_a_deformation_in_space_has_no_momentum_along_what_is_loose(locked):
+    body = Wobbling(Ellipsoid((0.5, 0.3, 0.4)), motion=Free(locked=locked))
+    pose = replace(body.start(), angle=(0.2, 0.3, -0.4))
+    grid = box_around((body,), (pose,), Grid((32, 32, 32), 0.05, (-0.8,) * 3), 0.1)
+    seen = mask_of((body,), (pose,), grid, 0.075, 0.01)
+    modes = rigid_modes(grid.points(), pose)
+    momenta = np.einsum("mixyz,ixyz->m", modes * seen.chi, seen.velocity)
+    loose = np.array([name not in locked for name in coordinates(3)])
+    assert np.abs(momenta[loose]).max() <= 1e-12 * float(np.abs(seen.velocity * seen.chi).sum())
+    assert seen.drift[0][loose].all()
+    assert not seen.drift[0][~loose].any()

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import pmesh.bodies.motion as motions
+from levelset.shape import rotation
 from pmesh.bodies.motion import Fixed, Free, Prescribed, Spring
 from pmesh.bodies.pose import still
+from pmesh.bodies.turning import turned_on
 from remesh.errors import InputError
 
 START = still((0.3, -0.2))
@@ -83,7 +86,7 @@ def test_laws_in_space_have_three_components():
         (lambda: Free(gravity=-9.81), "Free gravity must be numbers, one along each axis"),
         (lambda: Free(velocity=("a", 0.0)), "Free velocity must be a number, got 'a'"),
         (lambda: Free(spin=math.inf), "Free spin must be finite"),
-        (lambda: Free(locked=("z",)), r"Free locked must hold names among .* got \('z',\)"),
+        (lambda: Free(locked=("w",)), r"Free locked must hold names among .* got \('w',\)"),
         (lambda: Free(locked="xy"), "Free locked must hold names among .* got 'xy'"),
         (lambda: Free(locked="x"), "Free locked must hold names among .* got 'x'"),
         (
@@ -113,3 +116,39 @@ def test_motions_of_equal_numbers_are_equal_and_can_be_hashed():
     plain = Free(density=2.0, gravity=(0.0, -1.0), spring=Spring(stiffness=(1.0, 2.0)), spin=1.0)
     assert given == plain
     assert hash(given) == hash(plain)
+
+
+def test_the_spin_in_space_is_the_angular_velocity_of_turns_that_do_not_commute():
+    """R(t) = exp(a t z) exp(b x): a about z and, leaning with it, the rate of b along x."""
+    a = 1.3
+
+    def angle(t):
+        return turned_on((0.7 + 0.4 * t, 0.0, 0.0), (0.0, 0.0, a * t))
+
+    law = Prescribed(angle=angle)
+    for t in (0.0, 0.9, 2.6):  # passes half a turn
+        pose = law.pose(still((0.0, 0.0, 0.0)), t)
+        exact = np.array([0, 0, a]) + 0.4 * rotation((0.0, 0.0, a * t))[:, 0]
+        assert pose.spin == pytest.approx(exact, abs=1e-10)
+        np.testing.assert_allclose(
+            rotation(pose.angle),
+            rotation((0.0, 0.0, a * t)) @ rotation((0.7 + 0.4 * t, 0.0, 0.0)),
+            atol=1e-14,
+        )
+        assert math.hypot(*pose.angle) <= math.pi + 1e-12
+
+
+def test_a_law_in_space_turns_what_already_stands_turned():
+    law = Prescribed(angle=lambda t: (0.0, 0.0, t))
+    start = replace(still((0.0, 0.0, 0.0)), angle=(math.pi / 2, 0.0, 0.0))
+    pose = law.pose(start, 0.5)
+    exact = rotation((0.0, 0.0, 0.5)) @ rotation((math.pi / 2, 0.0, 0.0))
+    np.testing.assert_allclose(rotation(pose.angle), exact, atol=1e-14)
+
+
+def test_locks_and_speeds_in_space_go_by_their_names():
+    Free(velocity=(1.0, 0.0, 0.0), spin=(0.0, 2.0, 0.0), locked=("y", "z", "turn_x"))
+    with pytest.raises(InputError, match='locks "turn_y" and gives it the velocity 2'):
+        Free(spin=(0.0, 2.0, 0.0), locked=("turn_y",))
+    with pytest.raises(InputError, match="Free locked must hold names among"):
+        Free(locked=("angle", "turn_x"))

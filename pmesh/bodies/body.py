@@ -12,14 +12,17 @@ from numpy.typing import NDArray
 
 from levelset.contour import contour, even
 from levelset.measure import Measure, measure
-from levelset.shape import Shape, seen_from
-from pmesh.bodies.motion import Fixed, Free, Motion, Prescribed
+from levelset.second import second_moments
+from levelset.shape import Shape, rotation, seen_from
+from levelset.support import turned_box
+from pmesh.bodies.motion import Fixed, Free, Motion, Prescribed, coordinates
 from pmesh.bodies.pose import Pose, still
 from remesh.errors import InputError
 
 Array = NDArray[np.floating[Any]]
 CELLS = 256  # of the mesh from which an outline is drawn, at least
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
+Inertia = float | NDArray[np.float64]
 
 
 class Body(Protocol):
@@ -65,8 +68,11 @@ class Body(Protocol):
     def start(self) -> Pose:
         """Where it is at time 0, as its motion has it there."""
 
-    def inertia(self, pose: Pose) -> float:
-        """Polar second moment about its centre, now [L^(ndim+2)]."""
+    def inertia(self, pose: Pose) -> Inertia:
+        """Polar second moment about its centre, now [L^(ndim+2)]; in space the inertia tensor.
+
+        The tensor ``int (|r|^2 I - r r^T) dV``, (3, 3), in world axes.
+        """
 
     def bounds(self, pose: Pose) -> Bounds:
         """Lower and upper corner of a box that holds the body [L]."""
@@ -106,11 +112,8 @@ class RigidBody:
                 hint="levelset.shapes.Disk(radius=0.5)",
             )
         check_motion(self.motion)
-        if isinstance(self.motion, Free) and self.shape.ndim != 2:
-            raise InputError(
-                f"free motion is of plane bodies, got a shape in {self.shape.ndim} dimensions",
-                hint="motion=pmesh.Fixed(), or levelset.shapes.Disk(radius=0.5)",
-            )
+        if isinstance(self.motion, Free):
+            check_free(self.motion, self.shape.ndim)
 
     @property
     def ndim(self) -> int:
@@ -150,13 +153,17 @@ class RigidBody:
         """There too, but for its motion at time 0: a law's own place, a free body's velocity."""
         return launched(self.placed(), self.motion)
 
-    def inertia(self, pose: Pose) -> float:
-        """That of the measure: it is rigid."""
-        return self.measure.inertia
+    def inertia(self, pose: Pose) -> Inertia:
+        """That of the measure: it is rigid; in space the tensor, turned with it."""
+        if self.ndim == 2:
+            return self.measure.inertia
+        second, turn = second_moments(self.shape), rotation(pose.angle)
+        return np.asarray(np.trace(second) * np.eye(3) - turn @ second @ turn.T)
 
     def bounds(self, pose: Pose) -> Bounds:
-        """Lower and upper corner of a box that holds the body [L]."""
-        return self._placed(pose).bounds()
+        """Lower and upper corner of a box that holds the body [L], tight in space."""
+        placed = self._placed(pose)
+        return placed.bounds() if self.ndim == 2 or placed is self.shape else turned_box(placed)
 
     def distance(self, points: Array, pose: Pose) -> Array:
         """Signed distance [L], negative inside, at ``points`` (ndim, ...)."""
@@ -209,24 +216,44 @@ def check_motion(motion: object) -> None:
         )
 
 
+def check_free(motion: Free, ndim: int) -> None:
+    """Refuse vectors of another dimension than the body, and locks on what it has not."""
+    spring, turns = motion.spring, len(coordinates(ndim)) - ndim
+    vectors = {"velocity": motion.velocity, "gravity": motion.gravity}
+    if spring is not None:
+        vectors |= {"spring stiffness": spring.stiffness, "spring damping": spring.damping}
+    for name, vector in vectors.items():
+        if len(vector) not in (0, ndim):
+            raise InputError(
+                f"Free {name} must have {ndim} components, got {vector}", hint=f"{(0.0,) * ndim}"
+            )
+    if motion.spin != 0.0 and len(_spin(motion)) != turns:
+        raise InputError(
+            f"Free spin must be {'a number' if turns == 1 else '3 numbers'} in {ndim} dimensions, "
+            f"got {motion.spin}",
+            hint="spin=0.0" if turns == 1 else "spin=(0.0, 0.0, 1.0)",
+        )
+    for name in motion.locked:
+        if name not in coordinates(ndim):
+            raise InputError(
+                f'Free locks "{name}" of a body in {ndim} dimensions',
+                hint=f"names among {', '.join(coordinates(ndim))}",
+            )
+
+
+def _spin(motion: Free) -> tuple[float, ...]:
+    return motion.spin if isinstance(motion.spin, tuple) else (motion.spin,)
+
+
 def launched(pose: Pose, motion: Motion) -> Pose:
     """A pose at its motion's first instant; refuses vectors of another dimension."""
     if isinstance(motion, Free):
-        n, spring = len(pose.center), motion.spring
-        vectors = {"velocity": motion.velocity, "gravity": motion.gravity}
-        if spring is not None:
-            vectors |= {"spring stiffness": spring.stiffness, "spring damping": spring.damping}
-        for name, vector in vectors.items():
-            if len(vector) not in (0, n):
-                raise InputError(
-                    f"Free {name} must have {n} components, got {vector}",
-                    hint=f"{(0.0,) * n}",
-                )
+        check_free(motion, len(pose.center))
         return Pose(
             time=pose.time,
             center=pose.center,
             angle=pose.angle,
             velocity=motion.velocity or pose.velocity,
-            spin=(motion.spin,) if len(pose.spin) == 1 else pose.spin,
+            spin=_spin(motion) if motion.spin != 0.0 else pose.spin,
         )
     return motion.pose(pose, pose.time)

@@ -19,8 +19,10 @@ from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body, matter_velocity
 from pmesh.bodies.gaps import Contact, contacts
-from pmesh.bodies.motion import Free
+from pmesh.bodies.motion import Free, coordinates
 from pmesh.bodies.pose import Pose
+from pmesh.bodies.spring import own_inertia
+from pmesh.bodies.turning import turn_between, turned_on
 from remesh.errors import InputError, as_number
 
 __all__ = ["Contact", "ContactLaw", "contacts", "resolve"]
@@ -78,26 +80,26 @@ def resolve(
     """The poses at the end of a step such that free bodies keep their gaps, and the impulses.
 
     ``before``, ``after``: poses at the start, and foreseen at the end of the step. Returns the
-    poses, places, velocities and spins changed where bodies touch, and impulses (n, 3) along x, y
-    and about each centre, per unit density of the fluid [L^3/T, L^4/T for the angle]; poses of
-    bodies that touch nothing are the very ones given. Bodies that are not free, and what
+    poses, places, velocities and spins changed where bodies touch, and impulses (n, m) along the
+    axes and about each centre, per unit density of the fluid [L^(ndim+1)/T, L^(ndim+2)/T]; poses
+    of bodies that touch nothing are the very ones given. Bodies that are not free, and what
     ``locked`` holds, have infinite mass: walls. Impulses on a pair are equal, opposite and on one
     line. Bodies land on the law's gap, whatever their speed (a long step is cut into parts of half
     that way); two that begin nearer part by 0.05 spacings a step. What rests keeps the speed that
     forces not yet in ``after`` give it in a step: the next impulse takes it away. A free body that
-    walls crush cannot be helped. Refuses bodies in space if one is free.
+    walls crush cannot be helped.
     """
-    untouched = np.zeros((len(bodies), 3))
+    untouched = np.zeros((len(bodies), len(coordinates(bodies[0].ndim)) if bodies else 0))
     if not any(isinstance(body.motion, Free) for body in bodies):
         return tuple(after), untouched
-    if any(body.ndim != 2 for body in bodies):
-        raise InputError("contact is between plane bodies", hint="bodies that are not free")
     parts = _parts(bodies, before, after, law, spacing)
     if parts == 0:
         return tuple(after), untouched
-    inverse = np.array([_inverse_mass(body, law.added) for body in bodies])
+    inverse = np.array(
+        [_inverse_mass(body, pose, law.added) for body, pose in zip(bodies, before, strict=True)]
+    )
     kept = _gaps_kept(bodies, before, law, spacing)
-    offset, moved = np.zeros_like(inverse), list(after)
+    offset, moved = np.zeros_like(untouched), list(after)
     for part in range(1, parts + 1):
         way = [_between(a, b, part / parts) for a, b in zip(before, after, strict=True)]
         moved, touched = _apart(bodies, way, offset, inverse, kept, law, spacing)
@@ -110,7 +112,7 @@ def resolve(
     parting = np.array([_parting(c, bodies, moved) for c in touching])
     wanted = law.restitution * np.maximum(approach, 0.0) - parting
     impulses = _along(rows, _pressed(rows, inverse, wanted))
-    return tuple(map(_pushed, moved, inverse * impulses)), impulses
+    return tuple(map(_pushed, moved, _answers(inverse, impulses))), impulses
 
 
 def _parts(
@@ -125,8 +127,8 @@ def _parts(
     lows, highs, ways = [], [], []
     for body, one, two in zip(bodies, before, after, strict=True):
         here, there = np.array(body.bounds(one)), np.array(body.bounds(two))
-        radius = float(np.abs(here - np.array(one.center)).max()) * math.sqrt(2.0)
-        turn = abs(two.angle[0] - one.angle[0]) * radius
+        radius = float(np.abs(here - np.array(one.center)).max()) * math.sqrt(body.ndim)
+        turn = math.hypot(*turn_between(one.angle, two.angle)) * radius
         lows.append(np.minimum(here[0], there[0]) - 0.5 * turn)
         highs.append(np.maximum(here[1], there[1]) + 0.5 * turn)
         ways.append(math.dist(one.center, two.center) + turn)
@@ -140,15 +142,21 @@ def _parts(
     return 0 if longest < 0 else min(max(math.ceil(longest / (PART * law.gap * spacing)), 1), PARTS)
 
 
-def _inverse_mass(body: Body, added: float) -> tuple[float, float, float]:
-    """Inverse of mass along x and y and of inertia, per unit density of the fluid."""
-    motion = body.motion
+def _inverse_mass(body: Body, pose: Pose, added: float) -> Values:
+    """Inverse (m, m) of the masses and moments of inertia, per unit density of the fluid."""
+    motion, names = body.motion, coordinates(body.ndim)
+    result = np.zeros((len(names), len(names)))
     if not isinstance(motion, Free):
-        return 0.0, 0.0, 0.0
-    weight = motion.density + added
-    mass, inertia = weight * body.measure.volume, weight * body.measure.inertia
-    x, y, angle = (0.0 if name in motion.locked else 1.0 for name in ("x", "y", "angle"))
-    return x / mass, y / mass, angle / inertia
+        return result
+    loose = np.flatnonzero([name not in motion.locked for name in names])
+    heavy = (motion.density + added) * own_inertia(body, pose)
+    result[np.ix_(loose, loose)] = np.linalg.inv(heavy[np.ix_(loose, loose)])
+    return result
+
+
+def _answers(inverse: Values, impulses: Values) -> Values:
+    """What impulses (n, m) do to the velocities of the bodies."""
+    return np.asarray(np.einsum("akl,al->ak", inverse, impulses))
 
 
 def _gaps_kept(
@@ -166,14 +174,12 @@ def _between(before: Pose, after: Pose, share: float) -> Pose:
     """The pose at a share of the way; its velocities are those at the end."""
     if share >= 1.0:
         return after
-    mixed = {
-        name: tuple(
-            (1 - share) * a + share * b
-            for a, b in zip(getattr(before, name), getattr(after, name), strict=True)
-        )
-        for name in ("center", "angle")
-    }
-    return replace(after, time=(1 - share) * before.time + share * after.time, **mixed)
+    center = tuple(
+        (1 - share) * a + share * b for a, b in zip(before.center, after.center, strict=True)
+    )
+    turn = np.multiply(share, turn_between(before.angle, after.angle))
+    time = (1 - share) * before.time + share * after.time
+    return replace(after, time=time, center=center, angle=turned_on(before.angle, turn))
 
 
 def _apart(
@@ -194,7 +200,7 @@ def _apart(
         if not np.any(lack > CLOSE * spacing):
             break
         rows = _rows(found, moved)
-        offset += inverse * _along(rows, _pressed(rows, inverse, lack))
+        offset += _answers(inverse, _along(rows, _pressed(rows, inverse, lack)))
     return moved, found
 
 
@@ -206,18 +212,22 @@ def _limits(
 
 
 def _rows(found: Sequence[Contact], poses: Sequence[Pose]) -> Values:
-    """How fast each contact opens (contacts, n, 3) with the motion of each body."""
-    rows = np.zeros((len(found), len(poses), 3))
+    """How fast each contact opens (contacts, n, m) with the motion of each body."""
+    size = len(poses[0].center) + len(poses[0].spin)
+    rows = np.zeros((len(found), len(poses), size))
     for row, one in zip(rows, found, strict=True):
         for body, sign in ((one.first, 1.0), (one.second, -1.0)):
-            x, y = np.subtract(one.point, poses[body].center)
-            row[body] = one.normal[0], one.normal[1], x * one.normal[1] - y * one.normal[0]
-            row[body] *= sign
+            arm, normal = np.subtract(one.point, poses[body].center), np.array(one.normal)
+            if len(normal) == 2:
+                turn = [arm[0] * normal[1] - arm[1] * normal[0]]
+            else:
+                turn = np.cross(arm, normal).tolist()
+            row[body] = sign * np.array([*normal, *turn])
     return rows
 
 
 def _along(rows: Values, pushes: Values) -> Values:
-    """What pushes (contacts) are to each body (n, 3)."""
+    """What pushes (contacts) are to each body (n, m)."""
     return np.asarray(np.tensordot(pushes, rows, axes=1))
 
 
@@ -234,7 +244,7 @@ def _pressed(rows: Values, inverse: Values, lack: Values) -> Values:
     The least-squares problem with p >= 0, by active sets (Lawson and Hanson, *Solving Least
     Squares Problems* (1974), ch. 23): exact, however unlike the masses.
     """
-    w = np.einsum("iak,ak,jak->ij", rows, inverse, rows)
+    w = np.einsum("iak,akl,jal->ij", rows, inverse, rows)
     scale = np.sqrt(np.diag(w))
     able = scale > 0
     scale = np.where(able, scale, 1.0)
@@ -261,16 +271,18 @@ def _pressed(rows: Values, inverse: Values, lack: Values) -> Values:
 
 
 def _shifted(pose: Pose, move: Values) -> Pose:
-    """A pose moved by (x, y, angle)."""
+    """A pose moved along its coordinates."""
     if not move.any():
         return pose
-    center = (pose.center[0] + float(move[0]), pose.center[1] + float(move[1]))
-    return replace(pose, center=center, angle=(pose.angle[0] + float(move[2]),))
+    n = len(pose.center)
+    center = tuple(float(x) for x in pose.center + move[:n])
+    return replace(pose, center=center, angle=turned_on(pose.angle, move[n:]))
 
 
 def _pushed(pose: Pose, change: Values) -> Pose:
-    """A pose whose velocity and spin changed by (x, y, angle)."""
+    """A pose whose velocity and spin changed."""
     if not change.any():
         return pose
-    velocity = (pose.velocity[0] + float(change[0]), pose.velocity[1] + float(change[1]))
-    return replace(pose, velocity=velocity, spin=(pose.spin[0] + float(change[2]),))
+    n = len(pose.center)
+    velocity = tuple(float(x) for x in pose.velocity + change[:n])
+    return replace(pose, velocity=velocity, spin=tuple(float(x) for x in pose.spin + change[n:]))

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.bodies.body import Body
 from pmesh.bodies.hold import Freedom
-from pmesh.bodies.mask import Mask, rigid_modes
-from pmesh.bodies.motion import COORDINATES, Free
+from pmesh.bodies.mask import Mask, put_mode
+from pmesh.bodies.motion import Free, coordinates
 from pmesh.bodies.pose import Pose
-from pmesh.bodies.spring import grip, likely_inertia, places, speeds, spring_impulse
+from pmesh.bodies.spring import grip, likely_inertia, own_inertia, speeds, spring_impulse
+from pmesh.bodies.turning import turned_on
 
+Array = NDArray[np.floating[Any]]
 Values = NDArray[np.float64]
 
 
@@ -33,7 +36,10 @@ def predicted(
 
 
 def _glided(body: Body, before: Pose, pose: Pose, dt: float) -> Pose:
-    """A pose dt later at constant acceleration, that of the step before but for springs."""
+    """A pose dt later at constant acceleration, that of the step before but for springs.
+
+    In space it turns by the spin in mid step.
+    """
     past = pose.time - before.time
     speed = speeds(pose)
     gain = (dt / past if past > 0 else 0.0) * (speed - speeds(before))
@@ -42,14 +48,15 @@ def _glided(body: Body, before: Pose, pose: Pose, dt: float) -> Pose:
         if past > 0:  # what the spring did in the step before is no guide
             pulled = spring_impulse(body, before, past)
             pulled -= grip(body, past) * (speed - speeds(before))
-            gain -= dt / past * pulled / inertia
-        gain = (gain + spring_impulse(body, pose, dt) / inertia) / (1.0 + hold / inertia)
-    n, place = len(pose.center), places(pose) + dt * (speed + 0.5 * gain)
+            gain = gain - dt / past * np.linalg.solve(inertia, pulled)
+        push = inertia @ gain + spring_impulse(body, pose, dt)
+        gain = np.asarray(np.linalg.solve(inertia + np.diag(hold), push), np.float64)
+    n, way = len(pose.center), dt * (speed + 0.5 * gain)
     speed = speed + gain
     return Pose(
         time=pose.time + dt,
-        center=_plain(place[:n]),
-        angle=_plain(place[n:]),
+        center=_plain(pose.center + way[:n]),
+        angle=turned_on(pose.angle, way[n:]),
         velocity=_plain(speed[:n]),
         spin=_plain(speed[n:]),
     )
@@ -65,7 +72,7 @@ def free_coordinates(bodies: Sequence[Body]) -> list[tuple[int, int]]:
         (number, axis)
         for number, body in enumerate(bodies)
         if isinstance(body.motion, Free)
-        for axis, name in enumerate(COORDINATES)
+        for axis, name in enumerate(coordinates(body.ndim))
         if name not in body.motion.locked
     ]
 
@@ -80,31 +87,47 @@ def freedom_of(
 ) -> Freedom | None:
     """The free coordinates on a mask of the ``after`` poses; None if no body is free.
 
-    ``impulses`` (bodies, 3): force and torque times dt [L^4/T, L^5/T] that each body is given
-    beside the fluid's at the end of a step of dt [T], and beside the grip of its spring.
+    ``impulses`` (bodies, m): force and torque times dt [L^(ndim+2)/T, L^(ndim+3)/T] that each body
+    is given beside the fluid's at the end of a step of dt [T], and beside the grip of its spring.
+    What turns keeps its angular momentum in world axes: I(after) spin = I(poses) spin + torque dt,
+    which is Euler's equation with its gyroscopic term.
     """
     wanted = free_coordinates(bodies)
     if not wanted:
         return None
     cell = mask.grid.cell_volume
-    points = mask.grid.points()
-    modes, inertia, push, likely = [], [], [], []
-    for number, axis in wanted:
-        body, own = bodies[number], mask.owner == number
-        excess, hold = excess_inertia(body, axis, after[number]), grip(body, dt)[axis]
-        modes.append(np.where(own, rigid_modes(points, after[number])[axis], 0.0))
-        inertia.append((excess + hold) / cell)
-        drift, speed = mask.drift[number][axis], speeds(poses[number])[axis]
-        momentum = excess_inertia(body, axis, poses[number]) * speed + excess * drift
-        push.append((momentum + hold * (speed + drift) + impulses[number, axis]) / cell)
-        likely.append(speeds(after[number])[axis] + drift)
-    return Freedom(np.stack(modes), np.array(inertia), np.array(push), np.array(likely))
+    modes = _modes(wanted, after, mask)
+    inertia, push = np.zeros((len(wanted), len(wanted))), np.zeros(len(wanted))
+    likely = np.zeros(len(wanted))
+    for number in dict.fromkeys(number for number, _ in wanted):
+        rows = [row for row, (owner, _) in enumerate(wanted) if owner == number]
+        axes = [axis for owner, axis in wanted if owner == number]
+        body, drift = bodies[number], np.asarray(mask.drift[number])
+        excess, hold = excess_inertia(body, after[number]), grip(body, dt)
+        speed = speeds(poses[number])
+        momentum = excess_inertia(body, poses[number]) @ speed + excess @ drift
+        given = momentum + hold * (speed + drift) + impulses[number]
+        inertia[np.ix_(rows, rows)] = (excess + np.diag(hold))[np.ix_(axes, axes)] / cell
+        push[rows] = given[axes] / cell
+        likely[rows] = (speeds(after[number]) + drift)[axes]
+    return Freedom(modes, inertia, push, likely)
 
 
-def excess_inertia(body: Body, axis: int, pose: Pose) -> float:
-    """The body's mass (moment of inertia for the angle) less that of the fluid in its place."""
+def _modes(wanted: Sequence[tuple[int, int]], poses: Sequence[Pose], mask: Mask) -> Array:
+    """Unit motions (m, ndim, *shape) along some coordinates, each on its body's own nodes."""
+    grid, points = mask.grid, mask.grid.points()
+    result = np.zeros((len(wanted), grid.ndim, *grid.shape))
+    for mode, (number, axis) in zip(result, wanted, strict=True):
+        put_mode(mode, axis, points, poses[number])
+        if len(mask.drift) > 1:
+            mode *= mask.owner == number
+    return result
+
+
+def excess_inertia(body: Body, pose: Pose) -> Values:
+    """The body's masses and moments of inertia (m, m) less those of the fluid in its place."""
     density = body.motion.density if isinstance(body.motion, Free) else 1.0
-    return (density - 1.0) * (body.inertia(pose) if axis == 2 else body.measure.volume)
+    return (density - 1.0) * own_inertia(body, pose)
 
 
 def arrived(
@@ -118,7 +141,7 @@ def arrived(
     found = [speeds(pose) for pose in after]
     for number, body in enumerate(bodies):
         if isinstance(body.motion, Free):
-            found[number] = np.zeros(len(COORDINATES))
+            found[number] = np.zeros(len(coordinates(body.ndim)))
     for (number, axis), value in zip(free_coordinates(bodies), values, strict=True):
         found[number][axis] = value
     poses = []
@@ -130,16 +153,16 @@ def arrived(
 
 
 def outer_impulses(bodies: Sequence[Body], poses: Sequence[Pose], dt: float) -> Values:
-    """Impulse of gravity and springs over a step, (bodies, 3), per unit fluid density.
+    """Impulse of gravity and springs over a step, (bodies, m), per unit fluid density.
 
     Of springs what they do to a body that keeps its velocity: the rest is their `grip`.
     """
-    result = np.zeros((len(bodies), len(COORDINATES)))
+    result = np.zeros((len(bodies), len(coordinates(bodies[0].ndim)) if bodies else 0))
     for number, (body, pose) in enumerate(zip(bodies, poses, strict=True)):
         if not isinstance(body.motion, Free):
             continue
         result[number] += spring_impulse(body, pose, dt)
         if body.motion.gravity:
-            weight = excess_inertia(body, 0, pose)
-            result[number, :2] += dt * weight * np.asarray(body.motion.gravity)
+            weight = (body.motion.density - 1.0) * body.measure.volume
+            result[number, : body.ndim] += dt * weight * np.asarray(body.motion.gravity)
     return result

@@ -35,23 +35,25 @@ class Contact:
 
     first: int
     second: int
-    point: tuple[float, float]  # [L]
-    normal: tuple[float, float]
+    point: tuple[float, ...]  # [L]
+    normal: tuple[float, ...]
     gap: float
 
 
 def contacts(bodies: Sequence[Body], poses: Sequence[Pose], reach: float) -> tuple[Contact, ...]:
-    """Where plane bodies are nearer than ``reach`` [L], if at least one of the two is free.
+    """Where bodies are nearer than ``reach`` [L], if at least one of the two is free.
 
     Every local minimum of the gap along either edge, the ends of flat stretches, at most 6 a pair,
     no two within a reach. Edges are sampled four times in a reach and the places then narrowed,
-    so that the gap is exact where the distances are. Pairs whose boxes are apart cost nothing.
+    so that the gap is exact where the distances are. In space the places are sought on a lattice
+    of steps of half a reach between the two, see `nearby`. Pairs whose boxes are apart cost
+    nothing.
     """
     free = [isinstance(body.motion, Free) for body in bodies]
     if not any(free):
         return ()
     placed = [
-        _Placed(body, pose, *map(np.array, body.bounds(pose)))
+        Placed(body, pose, *map(np.array, body.bounds(pose)))
         for body, pose in zip(bodies, poses, strict=True)
     ]
     found: list[Contact] = []
@@ -63,8 +65,12 @@ def contacts(bodies: Sequence[Body], poses: Sequence[Pose], reach: float) -> tup
     return tuple(found)
 
 
-def _pair(one: _Placed, other: _Placed, numbers: tuple[int, int], reach: float) -> list[Contact]:
+def _pair(one: Placed, other: Placed, numbers: tuple[int, int], reach: float) -> list[Contact]:
     """The nearest places of two bodies, from the edge of each against the distance of the other."""
+    if one.body.ndim == 3:
+        from pmesh.bodies.nearby import nearby
+
+        return _kept(nearby(one, other, numbers, reach), reach)
     found = []
     for mine, yours, sign in ((one, other, 1.0), (other, one, -1.0)):
         edge, gaps, slope = _nearest(mine, yours, reach)
@@ -73,6 +79,11 @@ def _pair(one: _Placed, other: _Placed, numbers: tuple[int, int], reach: float) 
             point = (float(middle[0, k]), float(middle[1, k]))
             normal = (float(sign * slope[0, k]), float(sign * slope[1, k]))
             found.append(Contact(*numbers, point, normal, float(gaps[k])))
+    return _kept(found, reach)
+
+
+def _kept(found: Sequence[Contact], reach: float) -> list[Contact]:
+    """The nearest places, at most 6, that are not one place."""
     kept: list[Contact] = []
     for contact in sorted(found, key=lambda contact: contact.gap):
         if len(kept) < MOST and not any(_same(contact, one, reach) for one in kept):
@@ -86,7 +97,7 @@ def _same(one: Contact, other: Contact, reach: float) -> bool:
     return bool(np.dot(arm, arm) < reach**2 and np.dot(one.normal, other.normal) > 0.5)
 
 
-class _Placed(NamedTuple):
+class Placed(NamedTuple):
     """A body at a pose, in a box."""
 
     body: Body
@@ -95,25 +106,29 @@ class _Placed(NamedTuple):
     high: Values
 
     def distance(self, points: Values) -> Values:
-        """Signed distance [L] at points (2, ...)."""
+        """Signed distance [L] at points (ndim, ...)."""
         return np.asarray(self.body.distance(points, self.pose), np.float64)
 
     def felt(self, points: Values, nudge: float) -> tuple[Values, Values]:
-        """Distance at points (2, ...) and its unit gradient, by central differences."""
-        shifts = nudge * np.array([[0, 1, -1, 0, 0], [0, 0, 0, 1, -1]])
-        column = shifts.reshape(2, 5, *(1,) * (points.ndim - 1))
+        """Distance at points (ndim, ...) and its unit gradient, by central differences."""
+        n = len(points)
+        shifts = np.zeros((n, 2 * n + 1))
+        shifts[:, 1::2], shifts[:, 2::2] = nudge * np.eye(n), -nudge * np.eye(n)
+        column = shifts.reshape(n, 2 * n + 1, *(1,) * (points.ndim - 1))
         values = self.distance(points[:, None] + column)
         slope = values[1::2] - values[2::2]
         length = np.hypot(slope[0], slope[1])
+        if n == 3:
+            length = np.hypot(length, slope[2])
         return values[0], slope / np.where(length > 0, length, 1.0)
 
-    def landed(self, points: Values, nudge: float) -> Values:
-        """Points brought to the edge."""
+    def landed(self, points: Values, nudge: float, depth: float = 0.0) -> Values:
+        """Points brought to the edge, or to a surface so deep [L] below it."""
         away, slope = self.felt(points, nudge)
-        return points - away * slope
+        return points - (away + depth) * slope
 
 
-def _nearest(mine: _Placed, yours: _Placed, reach: float) -> tuple[Values, Values, Values]:
+def _nearest(mine: Placed, yours: Placed, reach: float) -> tuple[Values, Values, Values]:
     """Places (2, n) of an edge nearest to another body, the gaps (n), and their slopes (2, n)."""
     low, high = yours.low[:, None] - reach, yours.high[:, None] + reach
     time = mine.pose.time if mine.body.deforming else 0.0
@@ -139,7 +154,7 @@ def _nearest(mine: _Placed, yours: _Placed, reach: float) -> tuple[Values, Value
 
 
 def _narrowed(
-    mine: _Placed, yours: _Placed, edge: Values, tangent: Values, start: Values
+    mine: Placed, yours: Placed, edge: Values, tangent: Values, start: Values
 ) -> tuple[Values, Values, Values]:
     """Places moved along the edge to where the gap is least: by parabolas, then to and fro."""
     nudge = NUDGE * float(np.hypot(tangent[0], tangent[1]).max())

@@ -7,8 +7,9 @@ impulse density leaves at the end of the step, r = lambda tau and B the blur of 
     g/r + felt(B A spread(g)) - felt(modes) U = felt(u_s - B u*)
     M U + modes . spread(g) = P
 
-for g and the velocities U of bodies that follow the fluid, M the body's mass less the fluid's: the
-fluid's inertia, added mass included, is in A. Symmetric but for 0.1 %, indefinite with free bodies.
+for g and the velocities U of bodies that follow the fluid, M the matrix of the body's masses and
+moments of inertia less the fluid's: the fluid's inertia, added mass included, is in A. Symmetric
+but for 0.1 %, indefinite with free bodies.
 """
 
 from __future__ import annotations
@@ -33,13 +34,13 @@ Values = NDArray[np.float64]
 class Freedom(NamedTuple):
     """Free coordinates of the bodies: velocities and spins that follow from the force.
 
-    Each momentum ``inertia * value`` at the end of the step is ``push`` less the impulse of the
+    Each momentum ``inertia @ values`` at the end of the step is ``push`` less the impulse of the
     force along the mode. The inertia is that of the body less that of the fluid in its place: zero
     for a neutrally buoyant body, negative for a light one.
     """
 
     modes: Array  # velocity per unit of each coordinate, (m, ndim, *shape)
-    inertia: Array  # (m,), over the cell volume
+    inertia: Array  # (m, m), over the cell volume; symmetric, coupled within each body
     push: Array  # (m,), over the cell volume
     likely: Array  # (m,), values to begin from
 
@@ -150,12 +151,13 @@ class _System:
     ) -> None:
         self.carrier, self.held, self.shape = carrier, held, shape
         none = np.zeros(0)
-        self.freedom = held.freedom or Freedom(np.zeros((0, *mesh)), none, none, none)
+        nothing = Freedom(np.zeros((0, *mesh)), np.zeros((0, 0)), none, none)
+        self.freedom = held.freedom or nothing
         felt = [carrier.felt(mode.astype(held.solver.dtype)) for mode in self.freedom.modes]
         self.modes = np.array([mode.ravel() for mode in felt], held.solver.dtype)
         self.modes = self.modes.reshape(len(felt), math.prod(shape))
         sizes = np.sum(np.square(self.modes, dtype=np.float64), axis=1)
-        self.scale = 1.0 / np.sqrt(sizes + np.abs(self.freedom.inertia))
+        self.scale = 1.0 / np.sqrt(sizes + np.abs(np.diag(self.freedom.inertia)))
 
     def apply(self, unknown: Array) -> Array:
         """The matrix times g and the scaled values."""
@@ -163,7 +165,7 @@ class _System:
         induced = self.held.blurred(self.held.induced(self.carrier.spread(g)))
         image = g / g.dtype.type(self.held.rate) + self.carrier.felt(induced)
         image = image.ravel() - values.astype(g.dtype) @ self.modes
-        return self.joined(image, -self.modes @ g.ravel() - self.freedom.inertia * values)
+        return self.joined(image, -self.modes @ g.ravel() - self.freedom.inertia @ values)
 
     def joined(self, g: Array, moments: Array) -> Array:
         """One flat vector of g and momenta, which are scaled."""
@@ -181,7 +183,7 @@ class _System:
         impulse = self.carrier.spread(g)
         if len(values):
             modes = self.freedom.modes.reshape(len(values), -1)
-            asked = self.freedom.push - self.freedom.inertia * values
+            asked = self.freedom.push - self.freedom.inertia @ values
             missing = asked - modes @ impulse.ravel().astype(np.float64)
             weighted = self.modes.astype(np.float64)
             share = np.linalg.solve(weighted @ weighted.T, missing) @ weighted

@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from levelset.shape import seen_from
 from pmesh.bodies.body import Body
-from pmesh.bodies.motion import COORDINATES, Free
+from pmesh.bodies.motion import Free, coordinates
 from pmesh.bodies.pose import Pose
 from pmesh.bodies.wall import indicator
 from remesh.grid import Grid
@@ -78,7 +77,7 @@ def _mask(
         drift: Array = np.zeros(grid.ndim + len(pose.spin))
         if change is not None:
             if isinstance(motion, Free):
-                loose = [name not in motion.locked for name in COORDINATES]
+                loose = [name not in motion.locked for name in coordinates(grid.ndim)]
                 drift[loose] = _momentum(change, points, pose, np.where(own, chi, 0.0), loose)
                 change = change - _motion(drift, points, pose)
             matter = matter + change
@@ -177,7 +176,7 @@ def _momentum(
     change: Array, points: Array, pose: Pose, weight: Array, loose: Sequence[bool]
 ) -> Array:
     """The rigid motion along the loose coordinates that has the momenta of a velocity there."""
-    modes = rigid_modes(points, pose)[list(loose)]
+    modes = rigid_modes(points, pose)[list(loose)]  # (m, ndim, ...)
     flat = modes.reshape(len(modes), change.size)
     weighted = (modes * weight).reshape(len(modes), change.size)
     return np.asarray(np.linalg.solve(weighted @ flat.T, weighted @ change.ravel()))
@@ -188,9 +187,23 @@ def _motion(drift: Array, points: Array, pose: Pose) -> Array:
 
 
 def rigid_modes(points: Array, pose: Pose) -> Array:
-    """Velocities (3, 2, ...) of a unit motion along each axis and a unit spin, in the plane."""
-    arm = seen_from(points, pose.center)
-    one, nothing = np.ones_like(arm[0]), np.zeros_like(arm[0])
-    return np.stack(
-        [np.stack([one, nothing]), np.stack([nothing, one]), np.stack([-arm[1], arm[0]])]
-    )
+    """Velocities (m, ndim, ...) of a unit motion along each axis and a unit spin about each."""
+    count = len(points) + len(pose.spin)
+    modes = np.zeros((count, *points.shape), points.dtype)
+    for axis, mode in enumerate(modes):
+        put_mode(mode, axis, points, pose)
+    return modes
+
+
+def put_mode(mode: Array, axis: int, points: Array, pose: Pose) -> None:
+    """Fill zeros (ndim, ...) with the unit motion along one coordinate, m = ndim + spins of them.
+
+    A unit spin about an axis: its cross product with the arm from the centre.
+    """
+    ndim = len(points)
+    if axis < ndim:
+        mode[axis] = 1.0
+        return
+    i, j = (0, 1) if ndim == 2 else ((axis - ndim + 1) % 3, (axis - ndim + 2) % 3)
+    mode[i] = pose.center[j] - points[j]
+    mode[j] = points[i] - pose.center[i]

@@ -10,12 +10,20 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from pmesh.bodies.pose import Pose
+from pmesh.bodies.turning import turn_between, turned_on
 from remesh.errors import InputError, as_number
 
 Law = Callable[[float], Sequence[float] | float]
-COORDINATES = ("x", "y", "angle")  # of a plane body
+PLANE = ("x", "y", "angle")  # coordinates of a body
+SPACE = ("x", "y", "z", "turn_x", "turn_y", "turn_z")
 STENCIL = ((-2, 1 / 12), (-1, -2 / 3), (1, 2 / 3), (2, -1 / 12))  # of a derivative, order 4
+Name = Literal["x", "y", "z", "angle", "turn_x", "turn_y", "turn_z"]
 NUDGE = 1e-3  # of its steps, in units of the law's own scale of time
+
+
+def coordinates(ndim: int) -> tuple[str, ...]:
+    """The coordinates of a body; turns in space are about the axes of the world."""
+    return PLANE if ndim == 2 else SPACE
 
 
 @dataclass(frozen=True)
@@ -33,10 +41,11 @@ class Fixed:
 class Prescribed:
     """A motion given as laws of time.
 
-    ``shift(t)``: of the centre from where the body was placed [L]; ``angle(t)``: turned by [rad].
-    ``velocity`` and ``spin`` are their derivatives; if not given they are differences of order
-    four over steps of 1e-3 ``scale`` [T], the time over which the laws change. Before t = 0 the
-    body rests: a velocity at t = 0 is an impulsive start.
+    ``shift(t)``: of the centre from where the body was placed [L]; ``angle(t)``: turned by [rad],
+    in space a rotation vector in world axes. ``velocity`` and ``spin`` are their derivatives, in
+    space the angular velocity in world axes; if not given they are differences of order four over
+    steps of 1e-3 ``scale`` [T], the time over which the laws change. Before t = 0 the body rests:
+    a velocity at t = 0 is an impulsive start.
     """
 
     shift: Law | None = None
@@ -66,7 +75,7 @@ class Prescribed:
         return Pose(
             time=time,
             center=tuple(a + b for a, b in zip(start.center, shift, strict=True)),
-            angle=tuple(a + b for a, b in zip(start.angle, angle, strict=True)),
+            angle=turned_on(start.angle, angle),
             velocity=self._rate("velocity", self.velocity, self.shift, time, n),
             spin=self._rate("spin", self.spin, self.angle, time, turns),
         )
@@ -74,10 +83,15 @@ class Prescribed:
     def _rate(
         self, name: str, rate: Law | None, law: Law | None, time: float, count: int
     ) -> tuple[float, ...]:
+        """A given rate, or the differences of its law: of turns from now, as turns add up so."""
         if rate is not None or law is None:
             return _told(name, rate, time, count)
         step = NUDGE * self.scale
-        parts = [np.multiply(w, _told(name, law, time + k * step, count)) for k, w in STENCIL]
+        told = [_told(name, law, time + k * step, count) for k, _ in STENCIL]
+        if name == "spin" and count == 3:
+            now = _told(name, law, time, count)
+            told = [turn_between(now, turn) for turn in told]
+        parts = [np.multiply(w, value) for (_, w), value in zip(STENCIL, told, strict=True)]
         return tuple(float(x) for x in np.sum(parts, axis=0) / step)
 
 
@@ -85,9 +99,10 @@ class Prescribed:
 class Spring:
     """Springs and dampers that hold a free body to where it was placed, per unit fluid density.
 
-    Force ``-stiffness * shift - damping * velocity`` along each axis [L^2/T^2 and L^2/T per unit
-    length of a plane body], torque ``-torsion * angle - twist_damping * spin``. Refuses numbers
-    that are negative or not finite: they would feed the motion.
+    Force ``-stiffness * shift - damping * velocity`` along each axis [L^ndim/T^2 and L^ndim/T],
+    torque ``-torsion * angle - twist_damping * spin``, in space with the rotation vector: that has
+    the energy ``torsion |angle|^2 / 2``. Refuses numbers that are negative or not finite: they
+    would feed the motion.
     """
 
     stiffness: tuple[float, ...] = ()
@@ -116,16 +131,17 @@ class Free:
     """Motion that follows from the forces of the fluid, gravity and springs.
 
     ``density``: of the body over the fluid's, 1 is neutrally buoyant, less is a light body;
-    ``gravity`` [L/T^2] acts on the difference; ``velocity`` and ``spin``: at the start;
-    ``locked``: what cannot move, of "x", "y", "angle" (a tethered swimmer: ``("x",)``).
+    ``gravity`` [L/T^2] acts on the difference; ``velocity`` and ``spin``: at the start, the spin a
+    number in the plane, three in space; ``locked``: what cannot move, of "x", "y", "angle" (a
+    tethered swimmer: ``("x",)``), in space of "x", "y", "z", "turn_x", "turn_y", "turn_z".
     """
 
     density: float = 1.0
     gravity: tuple[float, ...] = ()
     spring: Spring | None = None
     velocity: tuple[float, ...] = ()
-    spin: float = 0.0
-    locked: tuple[Literal["x", "y", "angle"], ...] = ()
+    spin: float | tuple[float, ...] = 0.0
+    locked: tuple[Name, ...] = ()
 
     moving: ClassVar[bool] = True
 
@@ -135,8 +151,9 @@ class Free:
         for name in ("gravity", "velocity"):
             given = tuple(_numbers(f"Free {name}", getattr(self, name), "(0.0, -1.0)"))
             object.__setattr__(self, name, given)
-        (spin,) = _numbers("Free spin", (self.spin,), "0.0")
-        object.__setattr__(self, "spin", spin)
+        alone = not isinstance(self.spin, Sequence | np.ndarray)
+        spin = _numbers("Free spin", (self.spin,) if alone else self.spin, "0.0")  # type: ignore[arg-type]
+        object.__setattr__(self, "spin", spin[0] if alone else tuple(spin))
         if self.spring is not None and not isinstance(self.spring, Spring):
             raise InputError(
                 f"Free spring must be a Spring, got {self.spring!r}",
@@ -147,13 +164,20 @@ class Free:
     def _check_locked(self) -> None:
         """Refuse locks that are no names of coordinates, or on what is given a velocity."""
         locked = self.locked
-        if not isinstance(locked, tuple | list) or any(x not in COORDINATES for x in locked):
+        if not isinstance(locked, tuple | list) or not any(
+            all(name in names for name in locked) for names in (PLANE, SPACE)
+        ):
             raise InputError(
-                f'Free locked must hold names among "x", "y", "angle", got {locked!r}',
+                'Free locked must hold names among "x", "y", "angle", in space "x", "y", "z", '
+                f'"turn_x", "turn_y", "turn_z", got {locked!r}',
                 hint='locked=("x", "y")',
             )
         object.__setattr__(self, "locked", tuple(locked))
-        speeds = dict(zip(("x", "y"), self.velocity, strict=False)) | {"angle": self.spin}
+        speeds = dict(zip(("x", "y", "z"), self.velocity, strict=False))
+        if isinstance(self.spin, tuple):
+            speeds |= dict(zip(SPACE[3:], self.spin, strict=False))
+        else:
+            speeds["angle"] = self.spin
         for name in locked:
             if speeds.get(name, 0.0) != 0.0:
                 raise InputError(

@@ -205,7 +205,10 @@ class Wall:
         return np.asarray(force * (chi / (chi + FAINT)), force.dtype)
 
     def created(self, impulse: Array, spread: float) -> Array:
-        """Vorticity on the mesh [1/T] from an impulse density on the near box, spread by phi1."""
+        """Vorticity on the mesh [1/T] from an impulse density on the near box, spread by phi1.
+
+        Of the mesh's shape in the plane, (3, *shape) in space.
+        """
         wide, near = self.wide(spread), self.near
         widened = np.zeros((len(impulse), *wide.shape), impulse.dtype)
         part = window_on(wide, near)
@@ -213,9 +216,13 @@ class Wall:
         vorticity = curl(widened, wide, order=4, edge="zero")
         if spread > 0:
             vorticity = self.solver(wide).smoothed(vorticity, spread, "phi1")
-        result = np.zeros(self.grid.shape, impulse.dtype)
         window = self.window(wide)
-        result[window.mesh] = vorticity[window.box]
+        if vorticity.ndim == self.grid.ndim:
+            result = np.zeros(self.grid.shape, impulse.dtype)
+            result[window.mesh] = vorticity[window.box]
+            return result
+        result = np.zeros((len(vorticity), *self.grid.shape), impulse.dtype)
+        result[(slice(None), *window.mesh)] = vorticity[(slice(None), *window.box)]
         return result
 
     def window(self, box: Grid) -> Overlap:

@@ -34,7 +34,7 @@ class Ahead(NamedTuple):
     """Where the bodies will be at the end of a step, and what pushes them apart on the way."""
 
     poses: tuple[Pose, ...]
-    hits: Values  # impulse of contacts on each body, (bodies, 3)
+    hits: Values  # impulse of contacts on each body, (bodies, m)
 
 
 def foresee(bodies: tuple[Body, ...], state: FlowState, contact: ContactLaw, dt: float) -> Ahead:
@@ -52,7 +52,7 @@ class Passage:
     dt: float
     last: Constraint
     given: Array | None  # impulse density of the first half, on the near box of ``before`` [L/T]
-    push: Values  # outer impulse on each body, (bodies, 3)
+    push: Values  # outer impulse on each body, (bodies, m)
     hit: tuple[bool, ...]  # which bodies another one pushed
 
     @classmethod
@@ -78,7 +78,7 @@ class Passage:
         """Hold the bodies at the end of the step, given the velocity there without the force."""
         before, after = self.before, self.after
         bodies = after.bodies
-        sums, worked = np.zeros((len(bodies), 3)), np.zeros(len(bodies))
+        sums, worked = np.zeros_like(self.push), np.zeros(len(bodies))
         guess = carried = None
         if self.given is not None:
             mask = before.mask()

@@ -92,7 +92,7 @@ def _flux(
         velocity, vorticity, grid, box, dt=dt, viscosity=viscosity, center=_middle(poses)
     )
     force = np.asarray(found.force) + inertia_force((body,), poses[:1], poses[1:], dt)
-    spun = spin_gained(body, *poses) / dt
+    spun = float(spin_gained(body, *poses)[0]) / dt
     return float(force[0]), float(force[1]), float(found.torque + spun)
 
 
