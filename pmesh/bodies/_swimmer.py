@@ -12,6 +12,7 @@ import numpy as np
 from numba import njit
 
 RUN = 8  # segments to a run, and runs to a group
+SAME = 1e-9  # of the body's length: points so close have one foot, as those of a column in space
 FOLD = 0.8  # offsets are not followed beyond this, times the radius of curvature
 
 
@@ -128,6 +129,27 @@ def _foot(x, y, places, line, ways, angle, curvature, k, u):
 
 
 @njit(cache=True, nogil=True)
+def attached(x, y, places, line, ways, angle, curvature, pieces, small, large, guess, reach):
+    """The foot of a point on the midline: piece, share of it, its tangent, and the way from it.
+
+    ``reach``: beyond it [L] the nearest segment's place will do.
+    """
+    far, k, u = _nearest(x, y, pieces, small, large, guess)
+    if far < reach:
+        u = _foot(x, y, places, line, ways, angle, curvature, k, u)
+    if far < reach and u == 0.0 and k > 0:  # the foot may lie on the piece beside
+        k, u = k - 1, _foot(x, y, places, line, ways, angle, curvature, k - 1, 1.0)
+    elif far < reach and u == 1.0 and k < line.shape[0] - 2:
+        k, u = k + 1, _foot(x, y, places, line, ways, angle, curvature, k + 1, 0.0)
+    step = places[k + 1] - places[k]
+    turn = _hermite(angle[k], angle[k + 1], curvature[k], curvature[k + 1], step, u)
+    ca, sa, cb, sb = ways[k, 0], ways[k, 1], ways[k + 1, 0], ways[k + 1, 1]
+    dx = x - _hermite(line[k, 0], line[k + 1, 0], ca, cb, step, u)
+    dy = y - _hermite(line[k, 1], line[k + 1, 1], sa, sb, step, u)
+    return k, u, math.cos(turn), math.sin(turn), dx, dy
+
+
+@njit(cache=True, nogil=True)
 def matter(
     points, places, line, angle, velocity, spin, curvature, rate, below, above,
     margin, soft, result,
@@ -139,25 +161,22 @@ def matter(
     """
     pieces, small, large = segments(line), circles(line, RUN), circles(line, RUN * RUN)
     ways = np.stack((np.cos(angle), np.sin(angle)), axis=1)
-    reach = 2.0 * margin + max(above.max(), -below.min())  # beyond it a segment's place will do
-    guess = 0
+    reach = 2.0 * margin + max(above.max(), -below.min())
+    guess, last_x, last_y, same = 0, np.inf, np.inf, SAME * places[-1]
     for p in range(points.shape[1]):
         x, y = np.float64(points[0, p]), np.float64(points[1, p])
-        far, k, u = _nearest(x, y, pieces, small, large, guess)
+        if abs(x - last_x) + abs(y - last_y) <= same:
+            for i in range(3):
+                result[i, p] = result[i, p - 1]
+            continue
+        last_x, last_y = x, y
+        k, u, c, s, dx, dy = attached(
+            x, y, places, line, ways, angle, curvature, pieces, small, large, guess, reach
+        )
         guess = k // RUN
-        if far < reach:
-            u = _foot(x, y, places, line, ways, angle, curvature, k, u)
-        if far < reach and u == 0.0 and k > 0:  # the foot may lie on the piece beside
-            k, u = k - 1, _foot(x, y, places, line, ways, angle, curvature, k - 1, 1.0)
-        elif far < reach and u == 1.0 and k < line.shape[0] - 2:
-            k, u = k + 1, _foot(x, y, places, line, ways, angle, curvature, k + 1, 0.0)
-        step, v = places[k + 1] - places[k], 1.0 - u
-        turn = _hermite(angle[k], angle[k + 1], curvature[k], curvature[k + 1], step, u)
-        spun = _hermite(spin[k], spin[k + 1], rate[k], rate[k + 1], step, u)
-        c, s = math.cos(turn), math.sin(turn)
         ca, sa, cb, sb = ways[k, 0], ways[k, 1], ways[k + 1, 0], ways[k + 1, 1]
-        dx = x - _hermite(line[k, 0], line[k + 1, 0], ca, cb, step, u)
-        dy = y - _hermite(line[k, 1], line[k + 1, 1], sa, sb, step, u)
+        step, v = places[k + 1] - places[k], 1.0 - u
+        spun = _hermite(spin[k], spin[k + 1], rate[k], rate[k + 1], step, u)
         bend = v * curvature[k] + u * curvature[k + 1]
         bending = v * rate[k] + u * rate[k + 1]
         low, high = v * below[k] + u * below[k + 1], v * above[k] + u * above[k + 1]

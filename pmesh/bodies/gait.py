@@ -8,6 +8,9 @@ centre of area are
     P = int v dA,    H = int (x - c) x v dA,
 
 and the deformation is v - P/A - (H/I) x (x - c), in axes turned by the integral of H/I over time.
+
+A body in space bends in the plane z = 0 of its own axes; all its slices z = const move by the same
+law, nothing moves along z, and A, P, H and I are sums over the slices.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from numpy.typing import NDArray
 
 from pmesh.bodies.midline import Midline
 from pmesh.bodies.outline import Outline
+from pmesh.bodies.profile import Profile
 from pmesh.bodies.sheet import Sheet, sheet, split
 from remesh.errors import InputError
 
@@ -38,6 +42,8 @@ THINNEST = 0.1  # a section's inner side is no more squeezed than this, 1 - 2 |k
 class Gait:
     """A midline that bends, with an outline; ``samples``: of the midline.
 
+    ``profile``: its half-height, for a body in space with elliptic sections.
+
     ``section`` says what becomes of a section across the midline as that bends. "incompressible":
     its pieces keep their area, so that the velocity has no divergence and the centre of area moves
     with the momentum. "rigid": it keeps its length, so that matter is squeezed on the inner side.
@@ -47,11 +53,12 @@ class Gait:
     outline: Outline
     samples: int = 400
     section: Section = "incompressible"
+    profile: Profile | None = None
 
     @property
     def sheet(self) -> Sheet:
         """Quadrature along the midline."""
-        return sheet(self.midline.breaks, self.outline, self.samples)
+        return sheet(self.midline.breaks, self.outline, self.samples, self.profile)
 
 
 class Shape(NamedTuple):
@@ -67,7 +74,8 @@ class Shape(NamedTuple):
     below: Values  # (m,) offset of the outline, negative
     above: Values  # (m,)
     turn: float  # of the axes from those of the bending
-    inertia: float
+    inertia: float  # about z
+    second: Values  # (3, 3) int r r^T about the centre; no extent along z in the plane
     drift: tuple[float, float]  # the centre of area moves by this more than its momentum says
 
     @property
@@ -87,6 +95,8 @@ class _Moments(NamedTuple):
     momentum: Values
     inertia: float
     spin: float  # H / I
+    second: Values  # (2, 2)
+    tall: float  # int z^2
 
 
 class _Raw(NamedTuple):
@@ -138,19 +148,25 @@ def shape(gait: Gait, time: float) -> Shape:
         above=above,
         turn=turn,
         inertia=sums.inertia,
+        second=_in_space(axes.T @ sums.second @ axes, sums.tall),
         drift=_drift(gait, raw, sums, axes),
     )
 
 
 @lru_cache(maxsize=32)
 def straight(gait: Gait) -> tuple[float, float, float]:
-    """Area, place of the centre along the midline and polar moment of the straight body."""
+    """Area, place of the centre along the midline and polar moment of the straight body.
+
+    In space volume and the integral of r^2.
+    """
     along = gait.sheet
-    area = float(along.weights @ (2 * along.width))
-    middle = float(along.weights @ (2 * along.width * along.nodes)) / area
-    across = float(along.weights @ (2 / 3 * along.width**3))
-    length = float(along.weights @ (2 * along.width * (along.nodes - middle) ** 2))
-    return area, middle, length + across
+    widths = along.shares[:, None] * along.width
+    sections = (along.layers * 2 * widths).sum(0)
+    area = float(along.weights @ sections)
+    middle = float(along.weights @ (sections * along.nodes)) / area
+    across = (along.layers * (2 / 3 * widths**3 + 2 * widths * along.levels**2)).sum(0)
+    length = float(along.weights @ (sections * (along.nodes - middle) ** 2))
+    return area, middle, length + float(along.weights @ across)
 
 
 def offsets(section: Section, curvature: Values, width: Values) -> tuple[Values, Values]:
@@ -167,6 +183,7 @@ def offsets(section: Section, curvature: Values, width: Values) -> tuple[Values,
 @lru_cache(maxsize=32)
 def check(gait: Gait) -> None:
     """Refuse an outline without width, and a section that would fold over in a sharp bend."""
+    _check_height(gait)
     widths = gait.sheet.spread[1:-1]
     if not (np.isfinite(widths).all() and (widths > 0).all()):
         raise InputError(
@@ -186,6 +203,17 @@ def check(gait: Gait) -> None:
             )
 
 
+def _check_height(gait: Gait) -> None:
+    """Refuse a profile without height."""
+    heights = gait.sheet.rise
+    flat = gait.profile is not None and not (heights[1:-1] > 0).all()
+    if flat or not (np.isfinite(heights).all() and (heights >= 0).all()):
+        raise InputError(
+            "the half-height of a swimmer must be positive between nose and tail",
+            hint="half_height(s) > 0 for 0 < s < 1",
+        )
+
+
 def _raw(gait: Gait, time: float) -> _Raw:
     """The bending alone: the head's end stays at the origin."""
     along = gait.sheet
@@ -202,8 +230,9 @@ def _moments(gait: Gait, raw: _Raw) -> _Moments:
     """Integrals over the body: exact across it, by Gauss's rule along it."""
     along = gait.sheet
     w, kappa = along.weights, raw.curvature
-    low, high = offsets(gait.section, kappa, along.width)
-    one, two, three, four = ((high**n - low**n) / n for n in range(1, 5))
+    low, high = offsets(gait.section, kappa, along.shares[:, None] * along.width)
+    slices = [along.layers * (high**n - low**n) / n for n in range(1, 5)]
+    one, two, three, four = (part.sum(0) for part in slices)
     zeroth, first, second = one - kappa * two, two - kappa * three, three - kappa * four
     tangent = np.stack((np.cos(raw.angle), np.sin(raw.angle)))
     normal = np.stack((-tangent[1], tangent[0]))
@@ -215,7 +244,25 @@ def _moments(gait: Gait, raw: _Raw) -> _Moments:
     arm = raw.place - center[:, None]
     inertia = zeroth * (arm**2).sum(0) + 2 * first * (arm * normal).sum(0) + second
     spin = _cross(arm, flux) + first * _cross(normal, raw.velocity) + second * raw.angle_rate
-    return _Moments(area, center, momentum, float(w @ inertia), float(w @ spin / (w @ inertia)))
+    mixed = (w * first * arm) @ normal.T
+    matrix = (w * zeroth * arm) @ arm.T + mixed + mixed.T + (w * second * normal) @ normal.T
+    tall = float(w @ ((slices[0] - kappa * slices[1]) * along.levels**2).sum(0))
+    return _Moments(
+        area=area,
+        center=center,
+        momentum=momentum,
+        inertia=float(w @ inertia),
+        spin=float(w @ spin / (w @ inertia)),
+        second=matrix,
+        tall=tall,
+    )
+
+
+def _in_space(second: Values, tall: float) -> Values:
+    """Second moments in the plane and across it."""
+    result = np.zeros((3, 3))
+    result[:2, :2], result[2, 2] = second, tall
+    return result
 
 
 def _drift(gait: Gait, raw: _Raw, sums: _Moments, axes: Values) -> tuple[float, float]:
@@ -223,7 +270,8 @@ def _drift(gait: Gait, raw: _Raw, sums: _Moments, axes: Values) -> tuple[float, 
     if gait.section == "incompressible":
         return (0.0, 0.0)
     along = gait.sheet
-    weight = -along.weights * raw.rate * (2 / 3) * along.width**3 / sums.area
+    cubes = along.shares**3 @ along.layers * along.width**3
+    weight = -along.weights * raw.rate * (2 / 3) * cubes / sums.area
     x, y = np.array([-np.sin(raw.angle) @ weight, np.cos(raw.angle) @ weight]) @ axes
     return float(x), float(y)
 

@@ -13,11 +13,13 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from pmesh.bodies.outline import Outline
+from pmesh.bodies.profile import Profile
 
 Values = NDArray[np.float64]
 PANEL = 0.1  # [L] longest piece of the midline that gets one set of nodes
 NODES = 16  # per piece of the midline
 TURN = 0.1  # [L] of outline that a turn by one radian counts for when it is sampled
+SLICES = 12  # of the upper half of a body in space, and as many of the lower
 
 
 class Sheet(NamedTuple):
@@ -30,15 +32,24 @@ class Sheet(NamedTuple):
     stations: Values  # (m,) from 0 to 1, denser where the outline is round
     outer: Values  # (m, n): values at nodes -> integrals from the head to the stations
     spread: Values  # (m,) half-width at the stations
+    shares: Values  # (k,) half-widths of the slices z = const, of that of the section
+    layers: Values  # (k, n) how thick the slices are at the nodes; a plane body has one, of 1
+    levels: Values  # (k, n) their heights, those below the midline counted with those above
+    rise: Values  # (m,) half-height at the stations; zeros for a plane body
 
 
 @lru_cache(maxsize=32)
-def sheet(breaks: tuple[float, ...], outline: Outline, samples: int) -> Sheet:
+def sheet(
+    breaks: tuple[float, ...], outline: Outline, samples: int, profile: Profile | None = None
+) -> Sheet:
     """Nodes, weights and integrals; pieces end at the ``breaks`` and where the outline has a kink.
 
     On the first and last piece the place is the square of the variable: a round end is smooth.
+    With a ``profile`` the sections are ellipses, cut in slices z = const at Chebyshev's nodes of
+    the second kind: a law that is smooth across the body is integrated to round-off.
     """
-    marks = sorted({0.0, 1.0, *breaks, *outline.breaks})
+    kinks = () if profile is None else profile.breaks
+    marks = sorted({0.0, 1.0, *breaks, *outline.breaks, *kinks})
     edges = split(marks, PANEL)
     stations = _stations(outline, samples, edges)
     x, w = legendre.leggauss(NODES)
@@ -47,6 +58,7 @@ def sheet(breaks: tuple[float, ...], outline: Outline, samples: int) -> Sheet:
     nodes = np.concatenate([places for places, _ in mapped])
     weights = np.concatenate([w * slope for _, slope in mapped])
     stations[-1] = 1.0
+    shares, layers, levels = _slices(nodes, profile)
     return Sheet(
         nodes=nodes,
         weights=weights,
@@ -55,6 +67,24 @@ def sheet(breaks: tuple[float, ...], outline: Outline, samples: int) -> Sheet:
         stations=stations,
         outer=_integrals(stations, edges, weights),
         spread=np.where((stations > 0) & (stations < 1), outline.half_width(stations), 0.0),
+        shares=shares,
+        layers=layers,
+        levels=levels,
+        rise=np.zeros_like(stations) if profile is None else profile.half_height(stations),
+    )
+
+
+def _slices(nodes: Values, profile: Profile | None) -> tuple[Values, Values, Values]:
+    """Shares of the width, thicknesses and heights of the slices of the sections at the nodes."""
+    if profile is None:
+        return np.ones(1), np.ones((1, len(nodes))), np.zeros((1, len(nodes)))
+    step = math.pi / (2 * SLICES + 1)
+    turn = step * np.arange(1, SLICES + 1)
+    height = profile.half_height(nodes)
+    return (
+        np.sin(turn),
+        np.outer(2 * step * np.sin(turn), height),
+        np.outer(np.cos(turn), height),
     )
 
 
