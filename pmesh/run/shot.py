@@ -87,8 +87,10 @@ def image_group(
 
 
 def _three(vector: NDArray[Any]) -> NDArray[Any]:
-    """A vector field with a third component, which is zero in the plane."""
+    """A vector field with a third component, which is zero in the plane; in space as it is."""
     missing = 3 - vector.shape[0]
+    if not missing:
+        return vector
     return np.concatenate([vector, np.zeros((missing, *vector.shape[1:]), vector.dtype)])
 
 

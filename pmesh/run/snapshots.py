@@ -52,8 +52,8 @@ class Snapshots:
     the fourth; of yes and no what more than half of it says. The nodes kept stay on one lattice
     when the domain grows or moves. Snapshots are written below ``name``, by default "fields",
     "fields-2" if reduced by 2: each watcher of a run a name of its own, ``fields`` or
-    ``fields-word``. Costs one copy of the fields per snapshot. Refuses to reduce the blocks of an
-    adaptive mesh, and periodic axes that ``reduce`` does not divide.
+    ``fields-word``. Costs the file's image in memory, and a copy of one field. Refuses to reduce
+    the blocks of an adaptive mesh, and periodic axes that ``reduce`` does not divide.
     """
 
     def __init__(
@@ -148,7 +148,9 @@ class Snapshots:
 
     def _typed(self, fields: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         return {
-            name: field.astype(np.uint8 if field.dtype == bool else self.dtype or field.dtype)
+            name: field.astype(
+                np.uint8 if field.dtype == bool else self.dtype or field.dtype, copy=False
+            )
             for name, field in fields.items()
         }
 
