@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from pmesh.vortex.exact._tube import add_core, add_velocity, pair_sums
 from pmesh.vortex.exact.flow import Array, check_start, relative
 from remesh.errors import InputError
 
@@ -63,10 +62,14 @@ class Tubes(ABC):
 
     def vorticity(self, points: Array, time: float = 0.0) -> Array:
         """Vorticity (3, ...) [1/T] at ``points`` (3, ...) [L]; costs points times nodes."""
+        from pmesh.vortex.exact._tube import add_core  # imported late: numba is slow to load
+
         return self._summed(add_core, points, time)
 
     def velocity(self, points: Array, time: float = 0.0) -> Array:
         """Velocity (3, ...) [L/T] at ``points`` (3, ...) [L], at rest far away; meant for few."""
+        from pmesh.vortex.exact._tube import add_velocity
+
         return self._summed(add_velocity, points, time)
 
     def _summed(self, law: Any, points: Array, time: float) -> Array:
@@ -113,6 +116,8 @@ class Tubes(ABC):
 
     def _pairs(self) -> NDArray[np.float64]:
         """Twice the energy, the helicity and the enstrophy."""
+        from pmesh.vortex.exact._tube import pair_sums
+
         lines = self.filaments()
         total = np.zeros(3)
         for k, one in enumerate(lines):
