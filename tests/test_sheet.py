@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from pmesh.bodies.outline import Eel, Foil
+from pmesh.bodies.profile import Arch
 from pmesh.bodies.sheet import sheet, split
 
 
@@ -47,3 +48,16 @@ def test_splitting_keeps_the_marks_and_the_longest_step():
     assert np.diff(edges).max() <= 0.1 + 1e-12
     assert edges[3] == 0.3
     assert edges[-1] == 1.0
+
+
+def test_slices_of_an_ellipse_have_its_area_and_second_moments():
+    along = sheet((), Eel(exponent=2.0), 100, Arch())
+    w, h = along.width, Arch().half_height(along.nodes)
+    widths = along.shares[:, None] * w
+    area = (along.layers * 2 * widths).sum(axis=0)
+    across = (along.layers * 2 / 3 * widths**3).sum(axis=0)
+    up = (along.layers * 2 * widths * along.levels**2).sum(axis=0)
+    assert area == pytest.approx(math.pi * w * h, rel=1e-13)
+    assert across == pytest.approx(math.pi / 4 * w**3 * h, rel=1e-13)
+    assert up == pytest.approx(math.pi / 4 * w * h**3, rel=1e-13)
+    assert along.weights @ area == pytest.approx(0.0059326147, abs=5e-11)

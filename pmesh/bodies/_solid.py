@@ -30,8 +30,8 @@ def ellipse(y, z, width, height):
     if width > height:
         y, z, width, height = z, y, height, width
     ww, hh = width * width, height * height
-    if y < 1e-12 and z * height < hh - ww:  # nearest to the flat side, from the middle plane
-        share = z * height / (hh - ww)
+    if y < 1e-12 and z * height <= hh - ww:  # nearest to the flat side, from the middle plane
+        share = z * height / max(hh - ww, 1e-300)
         return -width * math.sqrt(max(1.0 - share * share, 0.0) + (z - share * height) ** 2 / ww)
     t = max(width * y - ww, height * z - hh)
     for _ in range(TURNS):

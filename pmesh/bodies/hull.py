@@ -34,7 +34,7 @@ def hull(gait: Gait, body: Shape, around: int = AROUND) -> tuple[Values, Indices
         names[end] = names[end][_merged(around, pointed=bool(height[end, 0] == 0.0))]
     here, there = names[:-1], names[1:]
     beside, across = np.roll(here, -1, axis=1), np.roll(there, -1, axis=1)
-    corners = [(here, there, across), (here, across, beside)]
+    corners = [(here, across, there), (here, beside, across)]
     faces = np.concatenate([np.stack(three, axis=-1).reshape(-1, 3) for three in corners])
     whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     kept, faces = np.unique(faces[whole], return_inverse=True)

@@ -228,8 +228,8 @@ class Swimmer:
         """Signed distance [L], negative inside, at ``points`` (ndim, ...).
 
         In the plane exact for the contour, which is within 2e-5 L of the smooth one at 400
-        samples. In space within 1e-3 L up to 0.05 L from the surface, 2e-5 L in the mean, and
-        within a tenth farther out; deep inside it may be off by 4e-3 L.
+        samples. In space, for Carling's bends, within 5e-4 L up to 0.05 L outside, 7e-4 L on the
+        surface and 2e-3 L to 0.02 L inside, 3e-5 L in the mean; within a tenth farther out.
         """
         return shapes.distance(self._scaled, points, pose)
 
