@@ -195,8 +195,9 @@ def _forecast(case: Case) -> str:
 def movie(folder: str, out: str | None, level: str | None, view: str | None, **given: Any) -> None:
     """Make a movie of a run from its snapshots.
 
-    In space it shows lit surfaces of the vorticity (its size), or of --field lambda2, q, or any
-    scalar or component (vorticity_x), in the colours of another field.
+    In space it shows lit surfaces, of the size of the vorticity or, with bodies, of lambda2, in the
+    colours of another field; --field may be lambda2, q, helicity, and any scalar, vector (its size)
+    or component (vorticity_x) that the snapshots hold.
     """
     from pmesh.cases.movie import movie as make
 

@@ -246,11 +246,30 @@ def test_what_a_run_left_can_be_looked_at(
         assert Path(folder, name).stat().st_size > 1000
 
 
+def test_what_a_run_in_space_left_can_be_looked_at(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    from vortex_shots import shot
+
+    for step in (0, 1):
+        shot(tmp_path, step)
+    for words in (
+        ["--slice", "y=0"],
+        ["--field", "lambda2", "--level=-1,-3", "--view=0,40", "--colour", "none"],
+    ):
+        out = str(tmp_path / f"{len(words)}.gif")
+        words = [*words, "--pixels", "100", "--snapshots", "fields", "--out", out]
+        status, said, err = pmesh("movie", str(tmp_path), *words, capsys=capsys)
+        assert (status, said.strip(), err) == (0, out, "")
+
+
 @pytest.mark.parametrize(
     "words",
     [
         ["movie", "nowhere"],
         ["movie", "nowhere", "--format", "avi"],
+        ["movie", "nowhere", "--level", "high"],
+        ["movie", "nowhere", "--view", "30"],
         ["ftle", "nowhere"],
         ["dye", "nowhere", "--line", "here"],
         ["report", "nowhere"],

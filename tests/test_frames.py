@@ -7,7 +7,7 @@ import io
 import numpy as np
 from PIL import Image
 
-from pmesh.cases.frames import STRIP, Frames, strip, written
+from pmesh.cases.frames import BAR, STRIP, Frames, colour_strip, strip, written
 
 
 def read(content: bytes) -> list[np.ndarray]:
@@ -48,3 +48,26 @@ def test_a_strip_holds_both_texts_or_the_left_one() -> None:
     assert both[:, 200:].min() < 80
     assert narrow[:, :50].min() < 80
     assert narrow[:, 60:].min() == 255
+
+
+def test_a_strip_with_colours_ends_in_a_bar_from_the_lowest_to_the_highest() -> None:
+    picture = colour_strip(400, "t = 1", "speed", (0.0, 2.0), "RdBu")
+    row = picture[STRIP // 2].astype(int)
+    coloured = np.flatnonzero(np.ptp(row, axis=1) > 60)
+    red, blue = row[coloured[0]], row[coloured[-1]]
+    assert red[0] > red[2] + 60
+    assert blue[2] > blue[0] + 60
+    assert np.ptp(coloured) <= BAR
+    assert picture.shape == (STRIP, 400, 3)
+    narrow = colour_strip(120, "t = 1", "speed", (0.0, 2.0))
+    assert (np.ptp(narrow.astype(int), axis=-1) == 0).all()  # no place for it
+
+
+def test_shadows_in_one_palette_with_many_colours_stay_grey() -> None:
+    rng = np.random.default_rng(1)
+    picture = rng.integers(0, 255, (60, 200, 3)).astype(np.uint8)
+    shade = np.linspace(1.0, 0.7, 200)[:, None] * np.array([255.0, 255.0, 255.0])
+    picture[30] = shade.astype(np.uint8)
+    (found,) = read(written(Frames(pixels=iter([picture])), "gif", 10))
+    assert np.ptp(found[30].astype(int), axis=-1).max() <= 8
+    assert np.abs(found[30].astype(int) - picture[30]).max() <= 8

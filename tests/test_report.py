@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 import re
+from functools import partial
 from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
 from made_run import make
+from vortex_shots import ring
 
+from pmesh.cases import report as module
+from pmesh.cases import surfaces, vortex_figure
 from pmesh.cases.report import Run, page, report
 from pmesh.cases.runner import run_case
 from pmesh.cases.taylor_green import TaylorGreenCase
+from pmesh.run.snapshots import write_snapshot
 from remesh.errors import InputError
+from remesh.grid import Grid
 
 VOID = {"meta", "img", "br", "link", "input"}
 CLOSED = {"polyline"}
@@ -141,6 +147,31 @@ def test_a_script_s_run_has_a_page_and_moving_bodies_have_their_motion(tmp_path:
         "forces", "motion", "statistics", "spectrum", "wake", "series",
     ]  # fmt: skip
     assert "body 0, u" in seen.words.split("Statistics")[2]
+
+
+def test_a_run_in_space_shows_its_surfaces_and_their_movie(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(surfaces, "can_render", lambda: False)
+    monkeypatch.setattr(
+        vortex_figure, "vortex_figure", partial(vortex_figure.vortex_figure, pixels=150)
+    )
+    monkeypatch.setattr(module, "film", partial(module.film, pixels=100))
+    folder = make(tmp_path, bodies=False)
+    for path in (folder / "fields").glob("*"):
+        path.unlink()
+    small = Grid((17, 17, 17), 1 / 8, (-1.0, -1.0, -1.0))
+    for step in (0, 1):
+        path = folder / f"fields/{step:08d}.vtkhdf"
+        write_snapshot(path, small, {"vorticity": ring(small)}, step, float(step))
+    seen = Page(page(Run(folder)))
+    assert {"vorticity", "movie", "series"} <= set(sections(seen))
+    assert "Where vorticity = " in seen.words
+    assert "Vortices from t = 0 to 1" in seen.words
+    for step in (0, 1):
+        path = folder / f"fields/{step:08d}.vtkhdf"
+        write_snapshot(path, small, {"vorticity": 0 * ring(small)}, step, float(step))
+    assert not {"vorticity", "movie"} & set(sections(Page(page(Run(folder)))))
 
 
 def test_what_is_no_run_is_refused(tmp_path: Path) -> None:

@@ -67,9 +67,9 @@ def movie(
     active blocks of adaptive plane runs. ``name``: of the watcher whose snapshots are shown.
     In space, without an interface, lit surfaces on which the field has the ``level``, or levels
     (by default a share of its extreme), in the colours of ``colour_by``, seen from ``view``
-    (azimuth, elevation) [degrees]: of the vorticity by default, of ``lambda2`` and ``q``, worked
-    out of the velocity, of any field or component such as ``vorticity_x``. With ``cut``, such as
-    "z=0", a plane instead, by default of the vorticity across it.
+    (azimuth, elevation) [degrees]: of the vorticity by default, with bodies of ``lambda2``, which
+    like ``q`` is worked out of the velocity, of any field or component such as ``vorticity_x``.
+    With ``cut``, such as "z=0", a plane instead, by default of the vorticity across it.
     GIF by Pillow; MP4 by imageio-ffmpeg (``pip install "pmesh-flow[movie]"``) or an ffmpeg on the
     path. Refuses a run without snapshots, an unknown field, and MP4 without ffmpeg.
     """

@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
 Movie = Literal["gif", "mp4", "none"]
 FRAMES = 100  # of the movie: of more snapshots every second, third, ... is shown
+FEW = 30  # of lit surfaces in space, which take a second or two each
 HEAD = ("step", "time", "dt", "rule")
 
 
@@ -248,8 +249,20 @@ def _spectrum(run: Run) -> str:
 
 
 def _wake(run: Run) -> str:
-    shown = [shot for shot in run.snapshots if "vorticity" in shot.names and shot.grid.ndim == 2]
-    return drawn(wake_figure(shown[-1]), f"Vorticity at t = {shown[-1].time:.5g}") if shown else ""
+    shown = [shot for shot in run.snapshots if "vorticity" in shot.names]
+    if not shown:
+        return ""
+    last = shown[-1]
+    if last.grid.ndim == 2:
+        return drawn(wake_figure(last), f"Vorticity at t = {last.time:.5g}")
+    if not np.any(last["vorticity"]):
+        return ""
+    from pmesh.cases.vortex_figure import vortex_figure
+
+    figure, look = vortex_figure(last)
+    level = f"{look.field} = {look.levels[0]:.3g}"
+    text = f"Where {level} at t = {last.time:.5g}, and the vorticity across two planes"
+    return drawn(figure, text)
 
 
 def _mesh(run: Run) -> str:
@@ -265,12 +278,16 @@ def _mesh(run: Run) -> str:
 
 
 def _movie(run: Run, kind: Movie) -> str:
-    shown = [shot for shot in run.snapshots if "vorticity" in shot.names and shot.grid.ndim == 2]
+    shown = [shot for shot in run.snapshots if "vorticity" in shot.names]
     if kind == "none" or len(shown) < 2:
         return ""
-    shown = shown[:: -(-len(shown) // FRAMES)]
+    in_space = shown[0].grid.ndim == 3
+    if in_space and not any(np.any(shot["vorticity"]) for shot in shown):
+        return ""
+    shown = shown[:: -(-len(shown) // (FEW if in_space else FRAMES))]
     content = written(film(shown), kind, fps=12.0)
-    text = f"Vorticity from t = {shown[0].time:.4g} to {shown[-1].time:.4g}"
+    what = "Vortices" if in_space else "Vorticity"
+    text = f"{what} from t = {shown[0].time:.4g} to {shown[-1].time:.4g}"
     return image(content, "gif", text) if kind == "gif" else video(content, text)
 
 

@@ -90,7 +90,7 @@ def plane_of(text: str) -> tuple[int, float]:
     """Axis and place of a plane as written: ``z=0.5``."""
     name, _, number = text.replace(" ", "").partition("=")
     try:
-        axis, place = AXES.index(name or "?"), float(number)
+        axis, place = tuple(AXES).index(name), float(number)
     except ValueError:
         axis, place = -1, math.nan
     if not math.isfinite(place):
@@ -125,5 +125,5 @@ def show_slice(
     chi = np.asarray(cut[INDICATOR], np.float64) if INDICATOR in shot.names else None
     draw_bodies(panel, cut.grid, chi=chi)
     panel.set(xlabel=f"${cut.labels[0]}$", ylabel=f"${cut.labels[1]}$")
-    panel.set_title(f"${cut.across}$ = {cut.place:g}" if title is None else title)
+    panel.set_title(f"${cut.across}$ = {cut.place:.4g}" if title is None else title)
     return top

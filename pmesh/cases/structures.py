@@ -49,7 +49,7 @@ def ftle_picture(
     """
     if not 16 <= nodes <= 4000:
         raise InputError(f"nodes must be from 16 to 4000, got {nodes}", hint="--nodes 300")
-    shots = snapshots(folder, "velocity", "vorticity")
+    shots = _plane_shots(folder)
     history = VelocityHistory(shots)
     first, last = history.span
     span = -SHARE * (last - first) if span is None else span
@@ -85,7 +85,7 @@ def dye_picture(
             f"{releases}",
             hint="--sources 21 --releases 200",
         )
-    shots = snapshots(folder, "velocity", "vorticity")
+    shots = _plane_shots(folder)
     history = VelocityHistory(shots)
     first, last = history.span
     time = last if time is None else time
@@ -103,6 +103,17 @@ def dye_picture(
     )  # fmt: skip
     figure = dye_figure(near, dye.positions, line=ends, part=part)
     return _saved(figure, Path(folder) / "dye.png" if out is None else Path(out))
+
+
+def _plane_shots(folder: str | Path) -> list[Snapshot]:
+    """The snapshots of a run in the plane with all that is needed; refuses a run in space."""
+    shots: list[Snapshot] = snapshots(folder, "velocity", "vorticity")
+    if shots[0].grid.ndim != 2:
+        raise InputError(
+            "pictures of FTLE and dye are of flows in the plane, this run is in space",
+            hint="pmesh movie DIR; the laws pmesh.ftle and pmesh.VelocityHistory take both",
+        )
+    return shots
 
 
 def _grid(part: Window, nodes: int) -> Grid:

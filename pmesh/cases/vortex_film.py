@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from pmesh.cases.frames import Frames, Pixels, colour_strip
 from pmesh.cases.interface_film import VIEW, Box, picture_size
-from pmesh.cases.vortices import Look, extent, layers_of, looked, map_of, picture
+from pmesh.cases.vortices import Look, extent, layers_of, looked, map_of, picture, usual_field
 from pmesh.cases.wake import Shot
 from remesh.errors import InputError
 
@@ -32,13 +32,13 @@ def vortex_film(
 ) -> Frames:
     """The pictures of the snapshots: surfaces of a field in the colours of another one.
 
-    ``field`` and ``level`` as for `vortices.looked`, by default the vorticity, and one level and
-    one scale of colours in all pictures; ``colour_by`` a field, by default the velocity on the
+    ``field`` and ``level`` as for `vortices.looked`, the same level and the same scale of colours
+    in all pictures; ``colour_by`` a field, by default the velocity on the
     vorticity, the vorticity on lambda2 and q, if held, or "none". One box holds all that is ever
     seen; with a ``centre`` of each snapshot it moves along. A second or two per picture.
     Refuses a run in which there is nothing to see.
     """
-    field = "vorticity" if field is None else field
+    field = usual_field(shots[0]) if field is None else field
     some = shots[:: -(-len(shots) // SAMPLES)]
     if colour_by is None:
         mother = MOTHER.get(field)

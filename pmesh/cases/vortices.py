@@ -69,6 +69,11 @@ def scalar(shot: Shot, name: str) -> Array:
     )
 
 
+def usual_field(shot: Shot) -> str:
+    """What shows the vortices of a snapshot: lambda2 where walls have vorticity of their own."""
+    return "vorticity" if _away(shot) is None else "lambda2"
+
+
 def _velocity(shot: Shot) -> Array | None:
     """The velocity of a snapshot; up to a free stream that of its vorticity; None without both."""
     if "velocity" in shot.names:
@@ -157,7 +162,7 @@ def colour_limits(
 
 def looked(
     shots: Sequence[Shot],
-    field: str = "vorticity",
+    field: str | None = None,
     *,
     levels: Sequence[float] | None = None,
     colour_by: str | None = None,
@@ -165,8 +170,11 @@ def looked(
 ) -> Look:
     """What to show, with the same levels and colours in all snapshots; what is not given is found.
 
+    The field is by default the vorticity, lambda2 in a flow past bodies.
+
     Refuses levels that are zero or not finite, and what `scalar` refuses.
     """
+    field = usual_field(shots[0]) if field is None else field
     given = default_levels(shots, field) if levels is None else tuple(map(float, levels))
     if not given or not all(np.isfinite(level) and level != 0 for level in given):
         raise InputError(
@@ -264,7 +272,7 @@ def picture(shot: Shot, look: Look, *, bounds: Bounds | None = None, **options: 
 def show_isosurface(
     panel: Axes,
     shot: Shot,
-    field: str = "vorticity",
+    field: str | None = None,
     *,
     levels: Sequence[float] | None = None,
     colour_by: str | None = None,
@@ -275,9 +283,10 @@ def show_isosurface(
 ) -> Look:
     """Put lit surfaces of a snapshot into a figure's panel, a bar of their colours beside it.
 
-    ``levels``: of the field, by default a share of its extreme; of several the outer ones are
-    glass. ``colour_by``: another field or component. ``label``: of the bar; the field's name if
-    None, no bar if "". ``options`` as of `surfaces.render`: view, bounds, size, box, ground.
+    ``levels``: of the field (by default as of `looked`), a share of its extreme if not given; of
+    several the outer ones are glass. ``colour_by``: another field or component. ``label``: of the
+    bar; the field's name if None, no bar if "". ``options`` as of `surfaces.render`: view, bounds,
+    size, box, ground.
     Returns what is shown, for a next panel to show the same: its levels and limits.
     """
     look = looked([shot], field, levels=levels, colour_by=colour_by, limits=limits)
