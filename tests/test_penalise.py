@@ -184,14 +184,15 @@ def test_a_free_coordinate_gets_the_momentum_that_the_force_takes(inertia):
     disk, push = mask(), 3.0
     modes = np.zeros((1, 2, *NEAR.shape))
     modes[0, 0] = 1.0
-    freedom = Freedom(modes, np.array([inertia * disk.chi.sum()]), np.array([push]), np.zeros(1))
+    excess = np.array([[inertia * disk.chi.sum()]])
+    freedom = Freedom(modes, excess, np.array([push]), np.zeros(1))
     done = penalised(
         stream(NEAR), disk, VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0,
         settings=Penalisation(tolerance=1e-8), freedom=freedom,
     )  # fmt: skip
     (value,) = done.values
-    balance = freedom.inertia[0] * value + done.impulse[0].sum()
-    assert balance == pytest.approx(push, abs=1e-9 * (1 + abs(freedom.inertia[0])))
+    balance = freedom.inertia[0, 0] * value + done.impulse[0].sum()
+    assert balance == pytest.approx(push, abs=1e-9 * (1 + abs(freedom.inertia[0, 0])))
     slip = disk.root * (after(stream(NEAR), done) - value * modes[0])
     np.testing.assert_allclose(done.slip, slip, atol=1e-6)
 
@@ -203,7 +204,8 @@ def test_a_free_body_as_heavy_as_the_fluid_goes_with_the_stream():
     given = np.stack([np.ones(NEAR.shape), np.zeros(NEAR.shape)])
     done = penalised(
         given, disk, VelocitySolver(NEAR), rate=RATE, spread=SPREAD, speed=1.0,
-        settings=Penalisation(tolerance=1e-8), freedom=Freedom(modes, *np.zeros((3, 1))),
+        settings=Penalisation(tolerance=1e-8),
+        freedom=Freedom(modes, np.zeros((1, 1)), *np.zeros((2, 1))),
     )  # fmt: skip
     assert done.values[0] == pytest.approx(1.0, abs=1e-7)
     assert np.abs(done.impulse).max() < 1e-5

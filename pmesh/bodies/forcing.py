@@ -106,6 +106,9 @@ class _Lines:
         field = np.ascontiguousarray(velocity, self.dtype)
         return self.root * m2p(field, self.places, self.grid, KERNEL, outside="drop", threads=1)
 
+    def on_mesh(self, g: Array) -> None:
+        """None: markers lie between nodes."""
+
     def nearest(self, impulse: Array) -> Array:
         """The markers' impulses whose spread is nearest to a density, in the kernel's own norm."""
         known = self.felt(impulse)

@@ -71,6 +71,9 @@ class Carrier(Protocol):
     def nearest(self, impulse: Array) -> Array:
         """The vector whose spread is nearest to an impulse density."""
 
+    def on_mesh(self, g: Array) -> Array | None:
+        """A vector on the nodes that it belongs to; None if it belongs to none."""
+
     @property
     def inside(self) -> Array:
         """Weight of the slip on the mesh: sqrt(chi) where the fluid is meant to be held."""
@@ -164,8 +167,12 @@ class _System:
         g, values = self.parted(unknown)
         induced = self.held.blurred(self.held.induced(self.carrier.spread(g)))
         image = g / g.dtype.type(self.held.rate) + self.carrier.felt(induced)
-        image = image.ravel() - values.astype(g.dtype) @ self.modes
-        return self.joined(image, -self.modes @ g.ravel() - self.freedom.inertia @ values)
+        moments = self.freedom.inertia @ values
+        image = image.ravel()
+        if len(values):  # in one thread: these are small
+            image -= np.einsum("m,mn->n", values.astype(g.dtype), self.modes)
+            moments = moments + np.einsum("mn,n->m", self.modes, g.ravel())
+        return self.joined(image, -moments)
 
     def joined(self, g: Array, moments: Array) -> Array:
         """One flat vector of g and momenta, which are scaled."""
@@ -199,9 +206,11 @@ class _System:
     def _slip(self, found: Solved, impulse: Array, velocity: Array, values: Values) -> Array:
         """sqrt(chi) (u - u_s) on the mesh."""
         mask = self.held.mask
-        if not self.held.blur and self.shape == velocity.shape:  # the law itself tells it
+        if not self.held.blur:  # the law itself tells it
             g, rest = self.parted(found.solution)[0], self.parted(found.rest)[0]
-            return np.asarray(-g / g.dtype.type(self.held.rate) - rest)
+            told = self.carrier.on_mesh(-g / g.dtype.type(self.held.rate) - rest)
+            if told is not None:
+                return told
         matter = mask.velocity + np.tensordot(values, self.freedom.modes, axes=1)
         left = velocity + self.held.induced(impulse) - matter
         return np.asarray(self.carrier.inside * left, velocity.dtype)

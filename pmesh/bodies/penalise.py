@@ -78,25 +78,31 @@ def penalise(
 
 
 class _Indicator:
-    """A force density on the nodes, ``f tau = sqrt(chi) g``."""
+    """A force density ``f tau = sqrt(chi) g`` on the nodes where that is not zero."""
 
     def __init__(self, mask: Mask, dtype: np.dtype[Any]) -> None:
-        self.root = mask.root.astype(dtype, copy=False)
+        self.inside = mask.root.astype(dtype, copy=False)
         self.weight = max(float(mask.chi.sum(dtype=np.float64)), 1.0)
-
-    @property
-    def inside(self) -> Array:
-        """sqrt(chi)."""
-        return self.root
+        self.nodes = np.flatnonzero(self.inside > 0)
+        self.root = self.inside.ravel()[self.nodes]
 
     def spread(self, g: Array) -> Array:
-        """sqrt(chi) g."""
-        return self.root * g
+        """sqrt(chi) g on the mesh, from g on the body's nodes (ndim, n)."""
+        return self.on_mesh(self.root * g)
 
-    felt = spread
+    def felt(self, velocity: Array) -> Array:
+        """sqrt(chi) u on the body's nodes (ndim, n)."""
+        return np.asarray(self.root * self._own(velocity))
 
     def nearest(self, impulse: Array) -> Array:
-        """impulse / sqrt(chi) where that is not zero."""
-        result = np.zeros(impulse.shape, self.root.dtype)
-        np.divide(impulse, self.root, out=result, where=self.root > 0)
-        return result
+        """impulse / sqrt(chi)."""
+        return np.asarray(self._own(impulse).astype(self.root.dtype, copy=False) / self.root)
+
+    def on_mesh(self, g: Array) -> Array:
+        """Values (ndim, n) of the body's nodes on the mesh, zero elsewhere."""
+        result = np.zeros((len(g), self.inside.size), g.dtype)
+        result[:, self.nodes] = g
+        return result.reshape(len(g), *self.inside.shape)
+
+    def _own(self, field: Array) -> Array:
+        return field.reshape(len(field), -1)[:, self.nodes]
