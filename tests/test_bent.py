@@ -11,8 +11,9 @@ from levelset.second import second_moments
 from levelset.shape import rotation
 from levelset.triangle_mesh import TriangleMesh
 from pmesh.bodies.gait import offsets
-from pmesh.bodies.motion import Fixed
+from pmesh.bodies.motion import Fixed, Free
 from pmesh.bodies.outline import Eel
+from pmesh.bodies.profile import Arch
 from pmesh.bodies.swimmer import Swimmer
 from remesh.errors import InputError
 
@@ -53,6 +54,13 @@ def over_the_body(swimmer, time, law):
 
 def cross(a, b):
     return np.cross(a, b, axis=0)
+
+
+class Flat(Arch):
+    """A profile that has no height behind the middle."""
+
+    def half_height(self, s):
+        return np.where(s < 0.5, 0.1, 0.0)
 
 
 def test_the_volume_is_that_of_the_reference():
@@ -161,6 +169,24 @@ def test_it_is_its_own_mirror_image_up_and_down_and_half_a_period_on():
         )
 
 
+def test_volume_and_momentum_on_a_mesh_near_those_of_the_body_as_it_is_refined():
+    fish = Swimmer.carling(ndim=3)
+    pose = posed(fish, 1.3, (0.0, 0.0, 0.0), (0.0, 0.0, 0.4))
+    found = []
+    for h in (1 / 50, 1 / 150):
+        low, high = fish.bounds(pose)
+        axes = [np.arange(a - h, b + 1.5 * h, h) for a, b in zip(low, high, strict=True)]
+        points = np.stack(np.meshgrid(*axes, indexing="ij"))
+        chi = np.clip(0.5 - fish.distance(points, pose) / h, 0, 1) * h**3
+        v = chi * fish.deformation(points, pose)
+        sums = np.concatenate((v.sum(axis=(1, 2, 3)), cross(points, v).sum(axis=(1, 2, 3))))
+        found.append((abs(chi.sum() / fish.measure.volume - 1), np.abs(sums).max() / chi.sum()))
+    assert found[1][0] < 2e-3
+    assert found[1][1] < 5e-4
+    assert found[1][0] < found[0][0] / 4
+    assert found[1][1] < found[0][1] / 4
+
+
 @pytest.mark.parametrize("angle", [(0.0, 0.0, 0.4), TILT])
 def test_bounds_hold_the_surface(angle):
     fish = Swimmer.carling(ndim=3)
@@ -205,6 +231,8 @@ def test_a_swimmer_in_space_is_placed_by_heading_or_orientation():
         ({"ndim": 3, "orientation": TILT, "heading": 1.0}, "instead of a heading"),
         ({"ndim": 2, "orientation": TILT}, "rotation vector"),
         ({"profile": 0.1}, "profile"),
+        ({"profile": Flat()}, "half-height"),
+        ({"ndim": 3, "motion": Free(velocity=(1.0, 0.0))}, "3 components"),
     ],
 )
 def test_swimmers_in_space_that_are_none_are_refused(options, says):

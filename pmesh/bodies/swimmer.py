@@ -14,7 +14,7 @@ from levelset.measure import Measure
 from pmesh.bodies import bent as shapes
 from pmesh.bodies import midline as midlines
 from pmesh.bodies.bent import Scaled
-from pmesh.bodies.body import Bounds, Inertia, check_motion, launched
+from pmesh.bodies.body import Bounds, Inertia, check_free, check_motion, launched
 from pmesh.bodies.gait import Gait, Section, Shape, check, shape, straight
 from pmesh.bodies.hull import AROUND, hull
 from pmesh.bodies.midline import Midline
@@ -82,6 +82,8 @@ class Swimmer:
                 f"unknown section {self.section!r}", hint='section="incompressible" or "rigid"'
             )
         check_motion(self.motion)
+        if isinstance(self.motion, Free):
+            check_free(self.motion, self.ndim)
         check(self.gait)
 
     def _check_place(self) -> None:
