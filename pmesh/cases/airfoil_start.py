@@ -57,6 +57,7 @@ class AirfoilStart(Case):
 
     title: ClassVar[str] = "Aerofoil set in motion at once"
     source: ClassVar[str] = WAGNER
+    size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {"nodes": 96, "until": 0.75, "every": 0.1875}
 
     def __post_init__(self) -> None:
@@ -82,7 +83,7 @@ class AirfoilStart(Case):
         """Lift coefficient of the thin plate in steady inviscid flow; camber is not counted."""
         return 2 * math.pi * math.sin(math.radians(self.angle))
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on a box just larger than the aerofoil; it grows with the wake."""
         from pmesh.bodies.body import RigidBody
         from pmesh.vortex.flow import VortexFlow
@@ -90,7 +91,7 @@ class AirfoilStart(Case):
         h = 1.0 / self.nodes
         wide, high = (16 * math.ceil(reach / h / 16) for reach in (0.65, 0.4))
         grid = Grid((2 * wide, 2 * high), h, ((0.5 - wide) * h, (0.5 - high) * h))
-        flow = VortexFlow(
+        return VortexFlow(
             grid=grid,
             viscosity=1.0 / self.reynolds,
             freestream=(1.0, 0.0),
@@ -99,6 +100,10 @@ class AirfoilStart(Case):
             kernel=self.kernel,
             domain="follow",
         )
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and its impulsive start."""
+        flow = self.recipe()
         return flow, flow.start()
 
     def watchers(self) -> Sequence[Watcher]:

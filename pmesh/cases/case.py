@@ -56,6 +56,7 @@ class Case(ABC):
     title: ClassVar[str]  # of the figure and the table
     source: ClassVar[str] = ""  # the paper and figure it repeats
     short: ClassVar[Mapping[str, Any]] = {}  # the options that make it a quick run
+    size: ClassVar[str] = ""  # the option that sets the nodes: whole numbers, or a spacing
 
     def __post_init__(self) -> None:
         """Refuse parameters of the wrong kind; a case adds its own checks after this one."""
@@ -63,6 +64,13 @@ class Case(ABC):
         for name, value in checked(type(self), values).items():
             object.__setattr__(self, name, value)
         self.require(self.until > 0, "until", "a positive time")
+
+    def recipe(self) -> Any:
+        """The flow alone, before any field on its mesh is made; None if the case cannot tell.
+
+        A run too large for the memory is then refused before it takes any.
+        """
+        return None
 
     @abstractmethod
     def build(self) -> tuple[Any, Any]:

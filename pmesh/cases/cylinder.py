@@ -71,6 +71,7 @@ class Cylinder(Case):
 
     title: ClassVar[str] = "Impulsively started cylinder"
     source: ClassVar[str] = KOUMOUTSAKOS_LEONARD
+    size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {"nodes": 48, "until": 1.0}
 
     def __post_init__(self) -> None:
@@ -91,7 +92,7 @@ class Cylinder(Case):
         """Kinematic viscosity [U R]."""
         return 2.0 / self.reynolds
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on a box just larger than the body; it grows with the wake."""
         from pmesh.bodies.body import RigidBody
         from pmesh.bodies.penalise import Penalisation
@@ -99,7 +100,7 @@ class Cylinder(Case):
 
         cells = 8 * math.ceil(1.25 / self.spacing / 8)
         grid = Grid((2 * cells,) * 2, self.spacing, ((0.5 - cells) * self.spacing,) * 2)
-        flow = VortexFlow(
+        return VortexFlow(
             grid=grid,
             viscosity=self.viscosity,
             freestream=(1.0, 0.0),
@@ -111,6 +112,10 @@ class Cylinder(Case):
                 strength=self.strength, width=self.width, tolerance=self.tolerance
             ),
         )
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and its impulsive start."""
+        flow = self.recipe()
         return flow, flow.start()
 
     def watchers(self) -> Sequence[Watcher]:

@@ -80,6 +80,7 @@ class CylinderWake(Case):
 
     title: ClassVar[str] = "Cylinder in a stream"
     source: ClassVar[str] = "Wu & Shu 2009; Williamson 1988"
+    size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {
         "nodes": 16, "behind": 8.0, "reynolds": 40.0, "until": 10.0, "every": 2.5,
     }  # fmt: skip
@@ -117,7 +118,7 @@ class CylinderWake(Case):
         peak = np.exp(-(x**2 + y**2) / (2 * SIZE**2)) / (2 * math.pi * SIZE**2)
         return np.asarray(-self.impulse * x / SIZE**2 * peak)
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on a box just larger than body and eddy; it grows to the window."""
         from pmesh.bodies.body import RigidBody
         from pmesh.vortex.flow import VortexFlow
@@ -126,7 +127,7 @@ class CylinderWake(Case):
         h = 1.0 / self.nodes
         cells = 8 * math.ceil(self.nodes / 8)
         grid = Grid((3 * cells, 2 * cells), h, ((0.5 - cells) * h,) * 2)
-        flow = VortexFlow(
+        return VortexFlow(
             grid=grid,
             viscosity=1.0 / self.reynolds,
             freestream=(1.0, 0.0),
@@ -141,6 +142,10 @@ class CylinderWake(Case):
                 wake=self.wake,
             ),
         )
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and the vorticity it starts from."""
+        flow = self.recipe()
         return flow, flow.start(vorticity=self.eddy if self.impulse else None)
 
     def watchers(self) -> Sequence[Watcher]:

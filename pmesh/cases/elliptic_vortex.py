@@ -42,6 +42,7 @@ class EllipticVortexCase(Case):
 
     title: ClassVar[str] = "Axisymmetrisation of an elliptical vortex"
     source: ClassVar[str] = PAPER
+    size: ClassVar[str] = "spacing"
     short: ClassVar[Mapping[str, Any]] = {"spacing": 1 / 32, "until": 2.0, "every": 0.4}
 
     def __post_init__(self) -> None:
@@ -61,20 +62,24 @@ class EllipticVortexCase(Case):
         """The start, and what is known of it."""
         return EllipticVortex(kind=self.kind)
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on a box that holds the filaments, and the vortex at rest in it."""
         from pmesh.vortex.flow import VortexFlow
 
         half = 1.4 + 2.0 * np.sqrt(4.0 * self.viscosity * self.until)
         cells = round(half / self.spacing)
         grid = Grid((2 * cells + 1,) * 2, self.spacing, (-cells * self.spacing,) * 2)
-        flow = VortexFlow(
+        return VortexFlow(
             grid=grid,
             viscosity=self.viscosity,
             kernel=self.kernel,
             deformation=self.deformation,
         )
-        return flow, flow.start(vorticity=self.exact.vorticity(grid.points()))
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and the vorticity it starts from."""
+        flow = self.recipe()
+        return flow, flow.start(vorticity=self.exact.vorticity(flow.grid.points()))
 
     def watchers(self) -> Sequence[Watcher]:
         """The ledger, the moments, and snapshots of the vorticity."""

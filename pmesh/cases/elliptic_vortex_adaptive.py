@@ -67,6 +67,10 @@ class EllipticVortexAdaptive(EllipticVortexCase):
             refinement=AHEAD * self.tolerance,
         )  # fmt: skip
 
+    def recipe(self) -> Any:
+        """None: the mesh follows the start, which has to be made first."""
+        return None
+
     def build(self) -> tuple[Any, Any]:
         """The flow on an adaptive mesh, and the vortex at rest in it."""
         from pmesh.vortex.flow import VortexFlow

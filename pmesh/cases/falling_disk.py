@@ -64,6 +64,7 @@ class FallingDisk(Case):
 
     title: ClassVar[str] = "Falling disk"
     source: ClassVar[str] = STOKES + "; drag of a cylinder in a stream"
+    size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {"nodes": 24, "until": 2.0, "every": 0.5}
 
     def __post_init__(self) -> None:
@@ -91,7 +92,7 @@ class FallingDisk(Case):
         """[U^2/D]; always down."""
         return 0.0, -self.pull / abs(self.density - 1.0)
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on a box that just holds the disk; a window travels with it."""
         from pmesh.bodies.body import RigidBody
         from pmesh.bodies.motion import Free
@@ -103,7 +104,7 @@ class FallingDisk(Case):
         front, behind = 3.0, self.wake
         below, above = (front, behind) if self.way < 0 else (behind, front)
         motion = Free(density=self.density, gravity=self.gravity)
-        flow = VortexFlow(
+        return VortexFlow(
             grid=Grid((2 * cells,) * 2, h, ((0.5 - cells) * h,) * 2),
             viscosity=1.0 / self.reynolds,
             bodies=(RigidBody(Disk(radius=RADIUS), motion=motion),),
@@ -112,6 +113,10 @@ class FallingDisk(Case):
             domain="follow",
             window=Window(lower=(3.0, below), upper=(3.0, above)),
         )
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and the disk at rest in it."""
+        flow = self.recipe()
         return flow, flow.start()
 
     def watchers(self) -> Sequence[Watcher]:

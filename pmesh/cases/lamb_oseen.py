@@ -41,6 +41,7 @@ class LambOseenCase(Case):
 
     title: ClassVar[str] = "Lamb-Oseen vortex"
     source: ClassVar[str] = SOURCE
+    size: ClassVar[str] = "spacing"
     short: ClassVar[Mapping[str, Any]] = {"spacing": 1 / 40, "until": 2.5, "every": 1.25}
 
     def __post_init__(self) -> None:
@@ -55,19 +56,23 @@ class LambOseenCase(Case):
         """The exact flow."""
         return LambOseen(circulation=self.circulation, core=self.core, viscosity=self.viscosity)
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on a box of six final cores either way, and the vortex in its middle."""
         from pmesh.vortex.flow import VortexFlow
 
         cells = round(6.0 * self.exact.radius(self.until) / self.spacing)
         grid = Grid((2 * cells + 1,) * 2, self.spacing, (-cells * self.spacing,) * 2)
-        flow = VortexFlow(
+        return VortexFlow(
             grid=grid,
             viscosity=self.viscosity,
             kernel=self.kernel,
             deformation=self.deformation,
         )
-        return flow, flow.start(vorticity=self.exact.vorticity(grid.points()))
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and the vorticity it starts from."""
+        flow = self.recipe()
+        return flow, flow.start(vorticity=self.exact.vorticity(flow.grid.points()))
 
     def watchers(self) -> Sequence[Watcher]:
         """The ledger, the moments, and snapshots of the vorticity."""

@@ -56,7 +56,7 @@ class MovingCylinder(Cylinder):
         from pmesh.bodies.motion import Prescribed
         from pmesh.cases.twins import Twins
 
-        held, _ = super().build()
+        held = self.recipe()
         body = RigidBody(Disk(radius=1.0), motion=Prescribed(shift=towed, velocity=tow))
         moving = replace(held, freestream=(0.0, 0.0), bodies=(body,))
         flow = Twins(first=moving, second=held, prefix=HELD)

@@ -71,6 +71,7 @@ class OscillatingCylinder(Case):
 
     title: ClassVar[str] = "Oscillating cylinder"
     source: ClassVar[str] = DUETSCH
+    size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {"nodes": 24, "until": 15.0, "deformation": 0.5}
 
     def __post_init__(self) -> None:
@@ -106,7 +107,7 @@ class OscillatingCylinder(Case):
         """Of the cylinder [U_max]."""
         return -math.cos(self.rate * time), 0.0
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on a box that just holds the cylinder; it follows the wake."""
         from pmesh.bodies.body import RigidBody
         from pmesh.bodies.motion import Prescribed
@@ -116,7 +117,7 @@ class OscillatingCylinder(Case):
         h = 1.0 / self.nodes
         cells = 8 * math.ceil(0.7 / h / 8)
         motion = Prescribed(shift=self.place, velocity=self.speed, scale=1.0 / self.rate)
-        flow = VortexFlow(
+        return VortexFlow(
             grid=Grid((2 * cells,) * 2, h, ((0.5 - cells) * h,) * 2),
             viscosity=1.0 / self.reynolds,
             bodies=(RigidBody(Disk(radius=0.5), motion=motion),),
@@ -124,6 +125,10 @@ class OscillatingCylinder(Case):
             domain="follow",
             penalisation=Penalisation(tolerance=self.tolerance),
         )
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and the start of the motion in it."""
+        flow = self.recipe()
         return flow, flow.start()
 
     def watchers(self) -> Sequence[Watcher]:

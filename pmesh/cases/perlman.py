@@ -42,6 +42,7 @@ class PerlmanCase(Case):
 
     title: ClassVar[str] = "Perlman's patch"
     source: ClassVar[str] = SOURCE
+    size: ClassVar[str] = "spacing"
     short: ClassVar[Mapping[str, Any]] = {"until": math.pi}
 
     def __post_init__(self) -> None:
@@ -55,16 +56,20 @@ class PerlmanCase(Case):
         """The exact flow: radius 1, vorticity 1 at the centre."""
         return PerlmanPatch(p=self.p)
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The inviscid flow on a box of 2.5 radii, and the patch in its middle."""
         from pmesh.vortex.flow import VortexFlow
 
         cells = math.ceil(1.25 / self.spacing)
         grid = Grid((2 * cells + 1,) * 2, self.spacing, (-cells * self.spacing,) * 2)
-        flow = VortexFlow(
+        return VortexFlow(
             grid=grid, viscosity=0.0, kernel=self.kernel, deformation=self.deformation
         )
-        return flow, flow.start(vorticity=self.exact.vorticity(grid.points()))
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and the vorticity it starts from."""
+        flow = self.recipe()
+        return flow, flow.start(vorticity=self.exact.vorticity(flow.grid.points()))
 
     def watchers(self) -> Sequence[Watcher]:
         """The ledger, the moments, and snapshots of the start and of the end."""

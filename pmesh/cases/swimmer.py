@@ -58,6 +58,7 @@ class SwimmerCase(Swimming):
 
     title: ClassVar[str] = "Swimmer"
     source: ClassVar[str] = KERN
+    size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {"nodes": 112, "until": 1.5}
 
     def __post_init__(self) -> None:
@@ -80,12 +81,16 @@ class SwimmerCase(Swimming):
             return Fixed()
         return Free(density=1.0, locked=("x",) if self.tether == "tethered" else ())
 
-    def build(self) -> tuple[Any, Any]:
-        """The swimmer at rest, in fluid at rest."""
+    def recipe(self) -> Any:
+        """The flow around the swimmer; its mesh grows with the wake."""
         phase = 0.5 if self.mirrored else 0.0
         heading = math.radians(self.heading)
         body = self.swimmer(phase=phase, heading=heading, motion=self.motion())
-        flow = self.flow((body,))
+        return self.flow((body,))
+
+    def build(self) -> tuple[Any, Any]:
+        """The swimmer at rest, in fluid at rest."""
+        flow = self.recipe()
         return flow, flow.start()
 
     def watchers(self) -> Sequence[Watcher]:

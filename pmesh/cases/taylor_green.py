@@ -40,6 +40,7 @@ class TaylorGreenCase(Case):
 
     title: ClassVar[str] = "Taylor-Green vortices"
     source: ClassVar[str] = SOURCE
+    size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {"nodes": 64, "until": 0.5}
 
     def __post_init__(self) -> None:
@@ -53,19 +54,23 @@ class TaylorGreenCase(Case):
         """The exact flow: period 1, speed 1."""
         return TaylorGreen(viscosity=1.0 / self.reynolds, drift=self.drift)
 
-    def build(self) -> tuple[Any, Any]:
+    def recipe(self) -> Any:
         """The flow on one period, and the vortices in it."""
         from pmesh.vortex.flow import VortexFlow
 
         grid = Grid((self.nodes, self.nodes), 1.0 / self.nodes, boundary="periodic")
-        flow = VortexFlow(
+        return VortexFlow(
             grid=grid,
             viscosity=1.0 / self.reynolds,
             freestream=self.drift,
             kernel=self.kernel,
             deformation=self.deformation,
         )
-        return flow, flow.start(vorticity=self.exact.vorticity(grid.points()))
+
+    def build(self) -> tuple[Any, Any]:
+        """The flow, and the vorticity it starts from."""
+        flow = self.recipe()
+        return flow, flow.start(vorticity=self.exact.vorticity(flow.grid.points()))
 
     def watchers(self) -> Sequence[Watcher]:
         """The ledger, the energy, the velocity's error, and snapshots of the start and the end."""
