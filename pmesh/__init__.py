@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from pmesh.bodies.motion import Spring as Spring
     from pmesh.bodies.penalise import Penalisation as Penalisation
     from pmesh.bodies.swimmer import Swimmer as Swimmer
+    from pmesh.run.forecast import Estimate as Estimate
+    from pmesh.run.forecast import estimate as estimate
     from pmesh.run.loop import run as run
     from pmesh.run.progress import Progress as Progress
     from pmesh.run.snapshots import Snapshots as Snapshots
@@ -46,6 +48,7 @@ __all__ = [
     "Carrier",
     "ContactLaw",
     "DirectForcing",
+    "Estimate",
     "Fixed",
     "Forces",
     "Free",
@@ -65,6 +68,7 @@ __all__ = [
     "VelocityHistory",
     "VortexFlow",
     "Window",
+    "estimate",
     "ftle",
     "lambda2",
     "poisson",
@@ -85,6 +89,8 @@ _HOME = {
     "DirectForcing": "pmesh.bodies.forcing",
     "Swimmer": "pmesh.bodies.swimmer",
     "Penalisation": "pmesh.bodies.penalise",
+    "Estimate": "pmesh.run.forecast",
+    "estimate": "pmesh.run.forecast",
     "Progress": "pmesh.run.progress",
     "Snapshots": "pmesh.run.snapshots",
     "Forces": "pmesh.run.watchers",

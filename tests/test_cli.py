@@ -83,6 +83,30 @@ def test_a_case_runs_and_closes_with_the_metrics_table(
     assert (status, "keeps its parameters" in err) == (2, True)
 
 
+def test_an_estimate_is_told_and_nothing_is_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    status, out, _ = pmesh("run", TOY, "--estimate", capsys=capsys)
+    assert status == 0
+    assert "memory  not predicted for such a mesh" in out
+    assert "per step" in out
+    status, out, _ = pmesh("run", "taylor-green", "--nodes", "32", "--estimate", capsys=capsys)
+    assert status == 0
+    assert out.startswith("mesh    32 x 32 nodes, periodic, float64\n")
+    assert "it fits" in out
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_estimate_of_what_does_not_fit_tells_the_size_that_would(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("pmesh.run.forecast.free_memory", lambda: 4_000_000)
+    status, out, _ = pmesh("run", "taylor-green", "--nodes", "9000", "--estimate", capsys=capsys)
+    assert status == 0
+    assert "it does not fit\n  try: --nodes 1" in out
+
+
 def test_a_toml_file_runs_and_options_beside_it_win(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from pmesh.cases.case import Case, Outcome
+from pmesh.cases.fitting import refuse_too_large
 from pmesh.cases.options import options
 from pmesh.run import checkpoint
 from pmesh.run.files import make_folder, reading, write_atomic
@@ -59,13 +60,16 @@ def run_case(
 
     Refuses, before anything is written, an ``out`` that holds another run, unless ``overwrite``;
     ``resume`` goes on from its checkpoint, with the same parameters (``until`` may change).
+    Refuses too what would not fit into the memory, where that can be predicted.
     """
     folder = Path(out)
     if resume:
         _refuse_changes(name, case, folder)
     else:
         refuse_another_run(folder, overwrite=overwrite)
+    refuse_too_large(case)
     flow, state = case.build()
+    refuse_too_large(case, flow)
     made = not folder.exists()
     make_folder(folder)
     try:

@@ -1,0 +1,97 @@
+"""Memory that is predicted beside memory that is measured, in processes of their own."""
+
+import subprocess
+import sys
+
+import pytest
+
+from pmesh.spectral.convolve import Convolver, Term
+from pmesh.spectral.symbols import Box
+from pmesh.vortex.cost import footprint, transforms
+from pmesh.vortex.flow import VortexFlow
+from remesh.grid import Grid
+
+MEASURE = """
+import sys
+import numpy as np
+from pmesh.vortex.cost import footprint
+from pmesh.vortex.flow import VortexFlow
+from remesh.grid import Grid
+
+nodes, ndim, boundary, dtype = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3], sys.argv[4]
+
+
+def status(name):
+    with open("/proc/self/status") as file:
+        return next(int(line.split()[1]) * 1024 for line in file if line.startswith(name))
+
+
+def flow_on(nodes):
+    grid = Grid((nodes,) * ndim, 1.0 / nodes, boundary=boundary)
+    return VortexFlow(grid=grid, viscosity=1e-3, freestream=(0.0,) * ndim, dtype=dtype, threads=1)
+
+
+def stepped(flow):
+    vorticity = np.zeros((1 if ndim == 2 else 3, *flow.grid.shape))
+    for part, values in enumerate(vorticity):
+        values += np.sin(2 * np.pi * flow.grid.axes()[part]).reshape(-1, *[1] * (ndim - 1))
+        values *= np.sin(np.pi * flow.grid.axes()[0]).reshape(-1, *[1] * (ndim - 1)) ** 2
+        values -= values.mean()
+    if boundary != "periodic":
+        middle = slice(3 * flow.grid.shape[0] // 8, 5 * flow.grid.shape[0] // 8)
+        inside = np.zeros(flow.grid.shape, bool)
+        inside[(middle,) * ndim] = True
+        vorticity *= inside
+    state = flow.start(vorticity=vorticity[0] if ndim == 2 else vorticity)
+    del vorticity
+    for _ in range(2):
+        state = flow.step(state, 1e-4)
+
+
+stepped(flow_on(32))  # loads and compiles
+before = status("VmRSS")
+flow = flow_on(nodes)
+stepped(flow)
+own = footprint(flow)
+print(max(own.start, own.step), status("VmHWM") - before)
+"""
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="memory is read from /proc")
+@pytest.mark.parametrize(
+    ("nodes", "ndim", "boundary", "dtype"),
+    [(1024, 2, "periodic", "float64"), (64, 3, "unbounded", "float32")],
+)
+def test_the_memory_at_the_peak_is_predicted_within_a_fifth(nodes, ndim, boundary, dtype):
+    words = [sys.executable, "-c", MEASURE, str(nodes), str(ndim), boundary, dtype]
+    answer = subprocess.run(words, capture_output=True, text=True, check=True)
+    predicted, measured = map(int, answer.stdout.split())
+    assert predicted == pytest.approx(measured, rel=0.2)
+
+
+@pytest.mark.parametrize("shape", [(96, 64), (24, 20, 16)])
+@pytest.mark.parametrize("boundary", ["periodic", "unbounded"])
+def test_buffers_are_those_that_the_convolver_makes(shape, boundary):
+    import numpy as np
+
+    grid = Grid(shape, 0.1, boundary=boundary)
+    made = Convolver(Box.around(grid), dtype="float32", threads=1)
+    field = np.zeros(shape, np.float32)
+    made.run([field, field], [[Term(0)], [Term(1)], [Term(0)]], [field, field, field])
+    (worker,) = made._workers
+    arrays = [*made._storage, worker.line, worker.line_hat, *worker.spectra]
+    if len(shape) == 3:
+        arrays.append(worker.plane)
+    assert transforms(grid, "float32", 1, 2, 3) == sum(array.nbytes for array in arrays)
+
+
+def test_half_the_precision_is_half_of_what_is_kept():
+    def kept(dtype):
+        return footprint(VortexFlow(grid=Grid((256, 192), 0.1), viscosity=1e-3, dtype=dtype)).kept
+
+    assert kept("float64") == 2 * kept("float32")
+
+
+def test_predicting_makes_nothing_of_the_size_of_the_mesh():
+    own = footprint(VortexFlow(grid=Grid((1 << 20, 1 << 20), 1e-3)))
+    assert own.step > 1 << 43

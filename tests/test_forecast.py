@@ -1,0 +1,75 @@
+"""Estimates: what they say, and that they write nothing."""
+
+import numpy as np
+import pytest
+
+from pmesh.run.forecast import Estimate, estimate, predicted, size_text, time_text
+from pmesh.run.snapshots import Snapshots
+from pmesh.run.watchers import Ledger
+from pmesh.vortex.exact.viscous import TaylorGreen
+from pmesh.vortex.flow import VortexFlow
+from remesh.grid import Grid
+
+GRID = Grid((64, 64), 1 / 64, boundary="periodic")
+FLOW = VortexFlow(grid=GRID, viscosity=1e-2)
+ADAPTED = "not predicted for such a mesh"
+
+
+def test_memory_is_told_without_a_state_and_time_is_not() -> None:
+    told = estimate(FLOW)
+    assert told.memory == max(predicted(FLOW).values()) > 64 * 64 * 8 * 10
+    assert (told.seconds, told.steps) == (None, None)
+    assert "64 x 64 nodes, periodic, float64" in str(told)
+    assert "per step" not in str(told)
+
+
+def test_steps_from_a_state_tell_the_time_to_the_end() -> None:
+    state = FLOW.start(vorticity=TaylorGreen(viscosity=1e-2).vorticity(GRID.points()))
+    seen = Ledger()
+    told = estimate(FLOW, state, until=1.0, watch=[seen, Snapshots(0.5)])
+    assert told.seconds is not None
+    assert told.taken == 3
+    dt = FLOW.limit(state).dt
+    assert told.steps == pytest.approx(1.0 / dt, rel=0.2)
+    assert "which the deformation rule sets" in str(told)
+    assert len(seen.series["step"]) == 4
+    assert state.step == 0
+
+
+def test_an_estimate_for_a_run_of_few_steps_takes_no_more() -> None:
+    state = FLOW.start(vorticity=TaylorGreen(viscosity=1e-2).vorticity(GRID.points()))
+    dt = FLOW.limit(state).dt
+    assert estimate(FLOW, state, until=0.5 * dt).taken == 1
+
+
+def test_snapshots_of_all_fields_take_more_than_of_one_on_half_the_nodes() -> None:
+    sizes = [
+        predicted(FLOW, [Snapshots(0.1, **given)])["snapshot"]
+        for given in ({"fields": ["vorticity"], "reduce": 2}, {"fields": ["vorticity"]}, {})
+    ]
+    assert sizes == sorted(sizes)
+    assert "snapshot" not in predicted(FLOW)
+
+
+def test_what_does_not_fit_takes_no_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("pmesh.run.forecast.free_memory", lambda: 1000)
+    told = estimate(FLOW, FLOW.start(vorticity=np.zeros(GRID.shape)), until=1.0)
+    assert not told.fits
+    assert told.seconds is None
+    assert "it does not fit" in str(told)
+
+
+def test_where_nothing_can_be_predicted_it_says_so() -> None:
+    told = Estimate(grid=GRID, dtype="float64", program=10**9, free=2 * 10**9)
+    assert (told.memory, told.fits) == (None, True)
+    assert f"{ADAPTED}; 1 GB at the peak so far" in str(told)
+
+
+def test_sizes_and_times_are_told_in_units_that_suit_them() -> None:
+    assert [size_text(x) for x in (3.5e8, 1.23e9, 41e9)] == ["350 MB", "1.2 GB", "41 GB"]
+    assert [time_text(x) for x in (1.5, 300, 9000, 4e5)] == [
+        "1.5 s",
+        "5.0 min",
+        "2.5 h",
+        "4.6 days",
+    ]
