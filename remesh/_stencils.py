@@ -69,3 +69,62 @@ def largest_gradient(first, pieces, step, rows, velocity, inverse, periodic, res
                     broken |= total[k] != total[k]
                     worst = max(worst, total[k])
         result[piece] = np.nan if broken else worst
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def add_difference(ahead, behind, weight, out):
+    """out += weight (ahead - behind)."""
+    for k in range(out.size):
+        out[k] += weight * (ahead[k] - behind[k])
+
+
+@njit(cache=True, nogil=True)
+def split_gradient(first, pieces, step, field, weights, periodic, result):
+    """Per plane of the first axis: sums of the squared divergence and of the squared gradient.
+
+    At nodes whose stencils lie inside; ``weights`` of an antisymmetric difference, from the middle.
+    """
+    _, nx, ny, nz = field.shape
+    reach = weights.size
+    low = 0 if periodic[2] else reach
+    high = nz - low
+    total = np.empty(nz, field.dtype)
+    one = np.empty(nz, field.dtype)
+    line = np.empty(nz + 2 * reach, field.dtype)
+    for i in range(first, pieces, step):
+        squared = 0.0
+        whole = 0.0
+        for j in range(ny):
+            inside = (periodic[0] or reach <= i < nx - reach) and (
+                periodic[1] or reach <= j < ny - reach
+            )
+            if not inside:
+                continue
+            total[:] = 0
+            for c in range(3):
+                for axis in range(3):
+                    one[:] = 0
+                    if axis == 2:
+                        line[reach : reach + nz] = field[c, i, j]
+                        line[:reach] = field[c, i, j, nz - reach :]
+                        line[reach + nz :] = field[c, i, j, :reach]
+                    for m in range(reach):
+                        if axis == 0:
+                            ahead = field[c, (i + m + 1) % nx, j]
+                            behind = field[c, (i - m - 1) % nx, j]
+                        elif axis == 1:
+                            ahead = field[c, i, (j + m + 1) % ny]
+                            behind = field[c, i, (j - m - 1) % ny]
+                        else:
+                            ahead = line[reach + m + 1 : reach + m + 1 + nz]
+                            behind = line[reach - m - 1 : reach - m - 1 + nz]
+                        add_difference(ahead, behind, weights[m], one)
+                    if axis == c:
+                        for k in range(nz):
+                            total[k] += one[k]
+                    for k in range(low, high):
+                        whole += np.float64(one[k]) * np.float64(one[k])
+            for k in range(low, high):
+                squared += np.float64(total[k]) * np.float64(total[k])
+        result[i, 0] = squared
+        result[i, 1] = whole

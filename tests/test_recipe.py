@@ -20,6 +20,7 @@ from remesh.multires.mesh import AdaptiveMesh
 GRID = Grid((32, 32), 1 / 8, (-2.0, -2.0))
 DISK = RigidBody(Disk(radius=0.6))
 FINE = Grid((128, 128), 1 / 32, (-2.0, -2.0))
+SPACE = Grid((16, 16, 16), 0.1)
 THIN = Box(size=(1.5, 0.05)).moved(angle=math.pi / 4)  # its bounds are a square
 WRAPPED = Grid((32, 32), 1 / 8, (-2.0, -2.0), "periodic")
 WINDOW = Window(lower=(3, 3), upper=(9, 3))
@@ -55,6 +56,12 @@ def test_a_kernel_of_ones_own_is_as_good_as_a_name():
 @pytest.mark.parametrize(
     ("options", "text"),
     [
+        ({"grid": SPACE, "stretching": "none"}, "stretching must be one of"),
+        ({"grid": SPACE, "remeshing": "distorted"}, "stretched in the classical form"),
+        ({"grid": SPACE, "projection": -1}, "projection must be a whole number >= 0"),
+        ({"projection": 1}, "no divergence to project"),
+        ({"diffusion": "fast"}, "diffusion must be one of"),
+        ({"grid": SPACE, "freestream": (1.0, 0.0)}, "freestream must hold 3"),
         ({"viscosity": math.inf}, "viscosity must be zero or positive, got inf"),
         ({"deformation": math.nan}, "deformation must be positive"),
         ({"distortion": -0.1}, "distortion must be positive"),
@@ -68,7 +75,7 @@ def test_a_kernel_of_ones_own_is_as_good_as_a_name():
         ({"freestream": "east"}, "2 finite velocities"),
         ({"penalisation": 1e3}, "must be a Penalisation"),
         ({"bodies": DISK}, "bodies must be a list"),
-        ({"grid": (32, 32)}, "needs a 2-D grid"),
+        ({"grid": (32, 32)}, "needs a grid in 2 or 3 dimensions"),
         ({"bodies": [RigidBody(Box(size=(3.0, 0.5)))]}, "spacings thick, needs 8"),
         ({"bodies": [RigidBody(Disk(radius=0.6, center=(1.5, 0)))]}, "outside the domain"),
         ({"bodies": [RigidBody(Disk(radius=0.6) - Disk(radius=0.9))]}, "has no inside"),
@@ -80,7 +87,7 @@ def test_a_kernel_of_ones_own_is_as_good_as_a_name():
         ({"deformation": "small"}, "deformation must be a number"),
         ({"radius": "wide"}, "radius must be a number"),
         ({"threads": 0}, "threads must be"),
-        ({"grid": THICK}, "needs a 2-D grid, uniform or adaptive"),
+        ({"grid": THICK}, "on adaptive meshes are plane"),
         ({"grid": MESH, "remeshing": "distorted"}, "remeshed at every step"),
         ({"grid": MESH, "domain": "follow"}, "does not follow the vorticity"),
         ({"grid": MESH, "bodies": [DISK], "window": WINDOW}, "a window is for uniform grids"),

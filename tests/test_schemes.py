@@ -7,11 +7,20 @@ import math
 import numpy as np
 import pytest
 
-from pmesh.vortex.schemes import Carried, carry, on_mesh
+from pmesh.vortex.buffers import Buffers
+from pmesh.vortex.schemes import Carriage, Carried, brought_home
 from remesh.grid import Grid
 from remesh.paths import SCHEMES
+from remesh.stretching import stretched
 
 GRID = Grid((32, 32), 1 / 8, (-2.0, -2.0))
+
+
+def carriage(scheme="RK2", grid=GRID, threads=None, stretching="conservative") -> Carriage:
+    return Carriage(
+        grid=grid, kernel="M6'", scheme=SCHEMES[scheme], stretching=stretching, threads=threads,
+        buffers=Buffers(),
+    )  # fmt: skip
 
 
 def spots(dtype: type = np.float64) -> np.ndarray:
@@ -24,7 +33,9 @@ def spots(dtype: type = np.float64) -> np.ndarray:
 def test_particles_in_a_uniform_flow_go_along_with_it(scheme, moved):
     velocity = np.ones((2, *GRID.shape)) * np.array([0.3, -0.7])[:, None, None]
     base = 0.01 * np.ones((2, *GRID.shape)) if moved else None
-    gone = carry(Carried(spots(), base), velocity, lambda *_: velocity, GRID, 0.5, scheme, "M6'")
+    gone = carriage(scheme.name).carry(
+        Carried(spots(), base), velocity.copy(), lambda *_: velocity.copy(), 0.5
+    )
     expected = velocity * 0.5 + (0.01 if moved else 0.0)
     np.testing.assert_allclose(gone, expected, atol=1e-14)
 
@@ -36,7 +47,9 @@ def test_particles_in_rigid_rotation_turn_with_the_order_of_the_scheme(scheme):
     inner = np.hypot(x, y) < 1
     errors = []
     for dt in (0.2, 0.1):
-        gone = carry(Carried(spots(), None), turning, lambda *_: turning, GRID, dt, scheme, "M6'")
+        gone = carriage(scheme.name).carry(
+            Carried(spots(), None), turning.copy(), lambda *_: turning.copy(), dt
+        )
         z = (x + 1j * y) * np.exp(1j * dt)
         exact = np.stack([z.real - x, z.imag - y])
         errors.append(np.abs(gone - exact)[:, inner].max())
@@ -47,26 +60,25 @@ def test_every_stage_asks_for_the_velocity_of_the_particles_where_they_then_are(
     asked = []
 
     def velocity_of(vorticity: np.ndarray, part: float = 0.0) -> np.ndarray:
-        asked.append(vorticity)
+        asked.append(vorticity.copy())
         return np.ones((2, *GRID.shape))
 
-    carry(
-        Carried(spots(), None), velocity_of(spots()), velocity_of, GRID, 0.25, SCHEMES["RK3"], "M6'"
-    )
+    first = velocity_of(spots())
+    carriage("RK3").carry(Carried(spots(), None), first, velocity_of, 0.25)
     x, _ = GRID.points()
     places = [(x * w).sum() / w.sum() for w in asked]
     np.testing.assert_allclose(np.subtract(places, 0.2), [0, 0.125, 0.1875], atol=1e-6)
 
 
 def test_particles_on_their_nodes_are_their_own_mesh():
-    field, dropped = on_mesh(Carried(spots(), None), GRID, "M6'")
+    field, dropped = carriage().on_mesh(Carried(spots(), None))
     np.testing.assert_array_equal(field, spots())
     assert dropped == 0
 
 
 def test_what_leaves_the_mesh_is_dropped_and_counted():
     far = np.full((2, *GRID.shape), 10.0)
-    field, dropped = on_mesh(Carried(spots(), far), GRID, "M6'")
+    field, dropped = carriage().on_mesh(Carried(spots(), far))
     assert not field.any()
     assert dropped == pytest.approx(spots().sum() * GRID.cell_volume, rel=1e-12)
 
@@ -77,11 +89,54 @@ def test_precision_is_kept_and_threads_change_no_bit(dtype, threads):
     x, y = GRID.points().astype(dtype)
     turning = np.stack([-y, x])
     gone = [
-        carry(
-            Carried(spots(dtype), None), turning, lambda *_: turning, GRID, np.float64(0.1),
-            SCHEMES["RK3"], "M6'", n,
+        carriage("RK3", threads=n).carry(
+            Carried(spots(dtype), None), turning.copy(), lambda *_: turning.copy(), np.float64(0.1)
         )
         for n in (1, threads)
-    ]  # fmt: skip
+    ]
     assert gone[0].dtype == dtype
     np.testing.assert_array_equal(*gone)
+
+
+BOX = Grid((16, 18, 20), 0.2, (-1.6, -1.8, -2.0), "periodic")
+
+
+def wavy() -> tuple[np.ndarray, np.ndarray]:
+    """Strengths and a displacement in space."""
+    x, y, z = BOX.points()
+    k = [2 * math.pi / length for length in BOX.length]
+    strengths = np.stack([np.cos(k[1] * y), np.sin(k[2] * z), np.cos(k[0] * x + k[1] * y)])
+    return strengths, 0.1 * np.stack([np.sin(k[1] * y), np.sin(k[2] * z), np.sin(k[0] * x)])
+
+
+def test_stretched_particles_keep_the_sum_of_their_strengths_in_the_conservative_form():
+    strengths, displacement = wavy()
+    field, _ = carriage(grid=BOX).on_mesh(Carried(strengths, displacement))
+    np.testing.assert_allclose(field.sum((1, 2, 3)), strengths.sum((1, 2, 3)), atol=1e-10)
+
+
+def test_strengths_brought_home_are_stretched_to_what_they_were():
+    strengths, displacement = wavy()
+    home = brought_home(strengths, displacement, BOX)
+    law = carriage(grid=BOX, stretching="classical")
+    there, _ = law.on_mesh(Carried(home, displacement))
+    plain, _ = law._advected(strengths, displacement, None)  # moved, not stretched
+    np.testing.assert_allclose(there, plain, atol=1e-12)
+
+
+@pytest.mark.parametrize("scheme", ["RK2", "RK3", "RK4"])
+def test_a_solid_rotation_in_space_turns_strengths_with_the_particles(scheme):
+    """Of w = (1, 0, 0) and a turn about z by an angle: (cos, sin, 0), to the scheme's order."""
+    grid = Grid((12, 12, 8), 0.25, (-1.375, -1.375, -1.0))
+    x, y, _ = grid.points()
+    turning = np.stack([-y, x, 0 * x])
+    errors = []
+    for dt in (0.2, 0.1):
+        start = np.zeros_like(turning)
+        start[0] = 1.0
+        law = carriage(scheme, grid, stretching="classical")
+        gone = law.carry(Carried(start, None), turning.copy(), lambda *_: turning.copy(), dt)
+        middle = stretched(start, gone, grid, "classical")[:, 6, 6, 4]
+        errors.append(np.abs(middle - [math.cos(dt), math.sin(dt), 0.0]).max())
+    order = SCHEMES[scheme].order
+    assert math.log2(errors[0] / errors[1]) > order + 0.8

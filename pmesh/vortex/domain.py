@@ -14,6 +14,7 @@ from remesh.grid import Grid
 Array = NDArray[np.floating[Any]]
 
 SIGNIFICANT = 1e-6  # vorticity below this part of the largest is nothing to make room for
+SLAB = 1_000_000  # nodes looked at in one go
 STRIDE = 16  # a mesh grows and shrinks by multiples of this many nodes
 
 
@@ -65,19 +66,37 @@ def room(vorticity: Array, grid: Grid, margin: int, *, follow: bool) -> Shift:
     Grows by an eighth of the axis at least, so that it seldom happens; with ``follow`` it also
     lets go of ends that are at rest over more than a quarter of the axis beyond the margin.
     """
-    size = np.abs(vorticity)
-    floor = SIGNIFICANT * float(size.max())
+    profiles = _extents(vorticity, grid.ndim)
+    floor = SIGNIFICANT * float(profiles[0].max())
     before, after = [0] * grid.ndim, [0] * grid.ndim
     if not 0.0 < floor < np.inf:  # nothing there, or nothing that is a number
         return Shift(tuple(before), tuple(after))
     for axis, n in enumerate(grid.shape):
         if grid.periodic[axis]:
             continue
-        others = tuple(a for a in range(grid.ndim) if a != axis)
-        live = np.flatnonzero(size.max(axis=others) > floor)
+        live = np.flatnonzero(profiles[axis] > floor)
         before[axis] = _change(int(live[0]), n, margin, follow)
         after[axis] = _change(n - 1 - int(live[-1]), n, margin, follow)
     return Shift(tuple(before), tuple(after))
+
+
+def _extents(vorticity: Array, ndim: int) -> list[Array]:
+    """Largest size of any component along each axis, over all others; slab by slab."""
+    parts = vorticity if vorticity.ndim > ndim else vorticity[None]
+    shape = parts.shape[1:]
+    first = np.zeros(shape[0], parts.dtype)
+    across = np.zeros(shape[1:], parts.dtype)
+    thick = max(1, SLAB // across.size)
+    for part in parts:
+        for low in range(0, shape[0], thick):
+            size = np.abs(part[low : low + thick])
+            first[low : low + thick] = np.maximum(
+                first[low : low + thick], size.reshape(len(size), -1).max(axis=1)
+            )
+            np.maximum(across, size.max(axis=0), out=across)
+    if ndim == 2:
+        return [first, across]
+    return [first, across.max(axis=1), across.max(axis=0)]
 
 
 def _change(free: int, nodes: int, margin: int, follow: bool) -> int:

@@ -87,7 +87,10 @@ class Engine(ABC, Generic[S]):
         speed = self.reference(largest(velocity), wall.poses)
         imposed, created = wall.start(velocity, speed)
         nothing = np.zeros_like(imposed.impulse)
-        unknown = Load(force=(math.nan,) * wall.grid.ndim, torque=math.nan, power=math.nan)
+        turns = 1 if wall.grid.ndim == 2 else 3
+        unknown = Load(
+            force=(math.nan,) * wall.grid.ndim, torque=(math.nan,) * turns, power=math.nan
+        )
         return created, {
             "constraint": wall.held(imposed, nothing, nothing),
             "loads": (unknown,) * len(wall.poses),
@@ -102,7 +105,7 @@ class Engine(ABC, Generic[S]):
         largest (bodies that go with the stream feel no wind) and that of viscosity on the bodies.
         """
         size = max(body.length for body in self.flow.bodies)
-        return max(float(np.hypot(*self.wind(poses))), LEE * speed, self.flow.viscosity / size)
+        return max(float(np.linalg.norm(self.wind(poses))), LEE * speed, self.flow.viscosity / size)
 
 
 def largest(velocity: Array) -> float:

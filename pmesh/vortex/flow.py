@@ -29,6 +29,7 @@ from remesh.grid import Grid
 from remesh.kernels import Kernel
 from remesh.limit import Limit, check_step, tightest
 from remesh.multires.mesh import AdaptiveMesh
+from remesh.stretching import Form
 
 Array = NDArray[np.floating[Any]]
 
@@ -59,7 +60,7 @@ class VortexFlow:
 
     grid: Grid | AdaptiveMesh  # the mesh at the start
     viscosity: float = 0.0  # nu [L^2/T]
-    freestream: tuple[float, ...] = (0.0, 0.0)  # [L/T]
+    freestream: tuple[float, ...] = ()  # [L/T]; none is at rest far away
     bodies: tuple[Body, ...] = ()
     deformation: float = 0.25  # largest dt * max|grad u|
     kernel: str | Kernel = "M6'"  # of remeshing and interpolation
@@ -71,6 +72,9 @@ class VortexFlow:
     radius: float = 2.0  # of its regularisation, in spacings
     window: Window | None = None  # around the bodies, in body lengths, out of which wakes may leave
     penalisation: Penalisation | DirectForcing = DEFAULT
+    stretching: Form = "conservative"  # of vorticity in space, see `Carriage`
+    projection: int = 0  # steps between projections onto solenoidal vorticity in space; 0: never
+    diffusion: Literal["spectral", "compact"] | None = None  # None: compact in space
     contact: ContactLaw = TOUCH  # between bodies of which one at least is free
     largest_step: float = math.inf  # upper bound of dt [T]
     dtype: Literal["float64", "float32"] = "float64"
@@ -146,8 +150,10 @@ class VortexFlow:
         if state.constraint is None:
             return {}
         columns = load_columns(self.bodies, state.loads, state.poses)
-        for axis, value in zip("xy", state.impulse_force, strict=True):
-            columns[f"impulse_force_{axis}"] = value
+        names = [f"impulse_{what}_{axis}" for what in ("force", "torque") for axis in "xyz"]
+        if self.lattice.ndim == 2:
+            names = ["impulse_force_x", "impulse_force_y"]
+        columns |= dict(zip(names, state.impulse_force, strict=True))
         held = state.constraint
         columns |= {"slip": held.slip, "slip_max": held.slip_max, "slip_residual": held.residual}
         return columns | {"slip_iterations": float(held.iterations)}

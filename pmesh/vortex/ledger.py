@@ -1,4 +1,4 @@
-"""Integrals of a plane vorticity field: what a flow keeps, and what bodies change."""
+"""Integrals of a vorticity field: what a flow keeps, and what bodies change."""
 
 from __future__ import annotations
 
@@ -8,13 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.vortex.budget import Moments, drag_along
 from remesh.grid import Grid
 
 Array = NDArray[np.floating[Any]]
+Outer = tuple[Array | None, Array | None]
 
 
-def circulation(vorticity: Array, grid: Grid) -> float:
-    """Sum of vorticity, ``int w dV`` [L^2/T]."""
+def circulation(vorticity: Array, grid: Grid) -> Any:
+    """Sum of vorticity, ``int w dV`` [L^ndim/T]: a float in the plane, (3,) in space."""
+    if grid.ndim == 3:
+        return vorticity.sum(axis=(1, 2, 3), dtype=np.float64) * grid.cell_volume
     return float(np.sum(vorticity, dtype=np.float64)) * grid.cell_volume
 
 
@@ -43,24 +47,34 @@ def enstrophy(vorticity: Array, grid: Grid) -> float:
 
 
 def impulse_force(
-    fields: tuple[Array, Array],
-    grid: Grid,
-    dt: float,
-    freestream: Sequence[float],
-    outer: tuple[Array | None, Array | None],
+    fields: tuple[Array, Array], grid: Grid, dt: float, freestream: Sequence[float], outer: Outer
 ) -> NDArray[np.float64]:
-    """Less the force on the fluid [L^3/T^2], mean over dt, from the change of the linear impulse.
+    """Less the force on the fluid [L^(ndim+1)/T^2], mean over dt, from the impulse's change.
 
     ``fields``: vorticity before and after. Velocity that no vorticity induces, the free stream
     (U, V) and what is added to it in ``outer`` before and after, carries impulse along at the
-    rate ``int (V w, -U w) dV``.
+    rate ``int (V w, -U w) dV``. In space six numbers: the torque about the origin from the change
+    of the angular impulse too.
     """
+    if grid.ndim == 3:
+        return _force_and_torque(fields, grid, dt, freestream, outer)
     old, new = (np.array(impulse(field, grid)) for field in fields)
     first, last = (
         _drag_along(field, grid, freestream, added)
         for field, added in zip(fields, outer, strict=True)
     )
     return np.asarray(0.5 * (first + last) - (new - old) / dt)
+
+
+def _force_and_torque(
+    fields: tuple[Array, Array], grid: Grid, dt: float, freestream: Sequence[float], outer: Outer
+) -> NDArray[np.float64]:
+    values, rates = [], []
+    for field, added in zip(fields, outer, strict=True):
+        moments = Moments(field, grid)
+        values.append(np.concatenate([moments.impulse, moments.angular_impulse]))
+        rates.append(np.concatenate(drag_along(field, moments, freestream, added, grid)))
+    return np.asarray(0.5 * (rates[0] + rates[1]) - (values[1] - values[0]) / dt)
 
 
 def _drag_along(
@@ -73,13 +87,6 @@ def _drag_along(
         along, across = (float(np.sum(u * vorticity, dtype=np.float64)) for u in added)
         flux += np.array([across, -along]) * grid.cell_volume
     return flux
-
-
-def cut(before: Array, after: Array, grid: Grid) -> float:
-    """Circulation that left the mesh between two fields [L^2/T]."""
-    if before is after or all(grid.periodic):
-        return 0.0
-    return circulation(before, grid) - circulation(after, grid)
 
 
 def _levers(grid: Grid) -> list[NDArray[np.float64]]:

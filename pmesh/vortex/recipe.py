@@ -18,7 +18,7 @@ from pmesh.bodies.pose import Pose
 from pmesh.spectral.corrections import AdaptiveSolver
 from pmesh.spectral.symbols import Greens
 from pmesh.vortex.window import Window
-from remesh.errors import InputError, as_number
+from remesh.errors import InputError, as_number, as_whole
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
 from remesh.multires.mesh import AdaptiveMesh
@@ -36,12 +36,13 @@ DEEP = 4.0  # spacings from the surface to the middle of a body, at least
 
 def validate(flow: VortexFlow) -> None:
     """Refuse parameters of a flow that cannot run; lists become tuples."""
-    if not isinstance(flow.grid, Grid | AdaptiveMesh) or flow.grid.ndim != 2:
+    if not isinstance(flow.grid, Grid | AdaptiveMesh) or flow.grid.ndim not in (2, 3):
         raise InputError(
-            f"VortexFlow needs a 2-D grid, uniform or adaptive, got {flow.grid!r}",
+            f"VortexFlow needs a grid in 2 or 3 dimensions, uniform or adaptive, got {flow.grid!r}",
             hint="Grid((256, 128), 1/64)",
         )
-    object.__setattr__(flow, "freestream", _vector(flow.freestream, flow.grid.ndim))
+    stream = flow.freestream if np.size(flow.freestream) else (0.0,) * flow.grid.ndim
+    object.__setattr__(flow, "freestream", _vector(stream, flow.grid.ndim))
     if not isinstance(flow.bodies, Iterable):
         raise InputError(
             f"bodies must be a list of bodies, got {flow.bodies!r}", hint="bodies=[body]"
@@ -63,6 +64,14 @@ def validate(flow: VortexFlow) -> None:
     _one_of("remeshing", flow.remeshing, ("always", "distorted"))
     _one_of("domain", flow.domain, ("grow", "follow", "fixed"))
     _one_of("dtype", flow.dtype, ("float64", "float32"))
+    _one_of("stretching", flow.stretching, ("conservative", "classical"))
+    if flow.diffusion is not None:
+        _one_of("diffusion", flow.diffusion, ("spectral", "compact"))
+    projection = as_whole("projection", flow.projection, least=0, hint="projection=10")
+    if flow.grid.ndim == 3:
+        _check_space(flow)
+    elif projection:
+        raise InputError("vorticity in the plane has no divergence to project", hint="projection=0")
     if not isinstance(flow.penalisation, Penalisation | DirectForcing):
         raise InputError(
             f"penalisation must be a Penalisation or a DirectForcing, got {flow.penalisation!r}",
@@ -76,6 +85,25 @@ def validate(flow: VortexFlow) -> None:
     _check_window(flow)
     if isinstance(flow.grid, AdaptiveMesh):
         _check_adaptive(flow)
+
+
+def _check_space(flow: VortexFlow) -> None:
+    """Refuse what is not there in three dimensions."""
+    if isinstance(flow.grid, AdaptiveMesh):
+        raise InputError(
+            "flows on adaptive meshes are plane, the mesh has 3 dimensions",
+            hint="a uniform Grid, or two dimensions",
+        )
+    if flow.remeshing == "distorted" and flow.stretching != "classical":
+        raise InputError(
+            "particles in space that are not remeshed at each step are stretched in the classical "
+            f"form, got stretching={flow.stretching!r}", hint='stretching="classical"',
+        )  # fmt: skip
+    if flow.remeshing == "distorted" and flow.projection:
+        raise InputError(
+            f"projection acts on remeshed vorticity, got remeshing={flow.remeshing!r}",
+            hint='remeshing="always", or projection=0',
+        )
 
 
 def _check_adaptive(flow: VortexFlow) -> None:
@@ -133,17 +161,18 @@ def checked_vorticity(
     vorticity: Array | Callable[[Array], Array] | None, grid: Grid, dtype: np.dtype[Any]
 ) -> Array:
     """Start values on the nodes, from an array, a law of points or nothing."""
+    shape = grid.shape if grid.ndim == 2 else (3, *grid.shape)
     if vorticity is None:
-        return np.zeros(grid.shape, dtype)
+        return np.zeros(shape, dtype)
     values = np.asarray(vorticity(grid.points()) if callable(vorticity) else vorticity)
     if values.dtype.kind not in "fiub":
         raise InputError(
             f"vorticity must hold real numbers, got {values.dtype}", hint="an array of floats"
         )
-    if values.shape != grid.shape:
+    if values.shape != shape:
         raise InputError(
-            f"vorticity must have the grid's shape {grid.shape}, got {values.shape}",
-            hint="values on grid.points(), or a function of points (2, *shape)",
+            f"vorticity must have the shape {shape} on this grid, got {values.shape}",
+            hint=f"values on grid.points(), or a function of points ({grid.ndim}, *shape)",
         )
     if not np.isfinite(values).all():
         raise InputError(
@@ -162,7 +191,7 @@ def _vector(value: object, ndim: int) -> tuple[float, ...]:
     if len(numbers) != ndim or not all(math.isfinite(x) for x in numbers):
         raise InputError(
             f"freestream must hold {ndim} finite velocities, got {value!r}",
-            hint="freestream=(1.0, 0.0)",
+            hint=f"freestream={(1.0, 0.0, 0.0)[:ndim]}",
         )
     return numbers
 

@@ -23,7 +23,7 @@ class Load:
     """
 
     force: tuple[float, ...]  # from the momentum of the force that holds it [L^(ndim+1)/T^2]
-    torque: float  # about the body's centre [L^(ndim+2)/T^2]
+    torque: tuple[float, ...]  # about its centre, 1 or 3 numbers [L^(ndim+2)/T^2]
     power: float  # that the body gives to the fluid [L^(ndim+2)/T^3]
 
 
@@ -46,7 +46,7 @@ class Wake:
 
     flux: float = 0.0  # of its momentum deficit [L^ndim/T]
     circulation: float = 0.0  # that left lately [L^2/T]
-    way: tuple[float, ...] = (0.0, 0.0)  # downwind, a unit vector while the wind is steady
+    way: tuple[float, ...] = ()  # downwind, a unit vector while the wind is steady
 
 
 NO_WAKE = Wake()
@@ -65,8 +65,10 @@ class FlowState:
     earlier: tuple[Pose, ...] = ()  # the poses a step before; none at the start
     constraint: Constraint | None = None  # None without bodies
     loads: tuple[Load, ...] = ()  # one per body
-    impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse
-    lost_circulation: float = 0.0  # that left through unbounded edges since the start [L^2/T]
+    impulse_force: tuple[float, ...] = ()  # on all bodies, from the vorticity's impulse; in space
+    # their torque about the origin too
+    lost_circulation: float | Array = 0.0  # that left through unbounded edges since the start
+    # [L^2/T]; in space the vector int w dV [L^3/T]
 
     @property
     def size(self) -> int:
@@ -78,8 +80,8 @@ class FlowState:
 class State(FlowState):
     """A vortex flow on a uniform mesh, which may grow with the vorticity."""
 
-    vorticity: Array  # on the nodes, grid.shape [1/T]
-    strengths: Array | None = None  # of particles that were not remeshed, by home node [1/T]
+    vorticity: Array  # on the nodes, grid.shape, in space (3, *grid.shape) [1/T]
+    strengths: Array | None = None  # at home, of particles that were not remeshed [1/T]
     displacement: Array | None = None  # of those particles from home, (ndim, *shape) [L]
     wake: Wake = NO_WAKE  # that left a window
 

@@ -5,22 +5,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.bodies.body import Body
 from pmesh.bodies.mask import at_rest
 from pmesh.bodies.pose import Pose
 from pmesh.vortex import ledger
+from pmesh.vortex.budget import Moments, dot, energy, potential_energy
+from pmesh.vortex.buffers import Buffers
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.domain import SIGNIFICANT, room
 from pmesh.vortex.engine import EDGE, Engine, largest
-from pmesh.vortex.loads import inertia_force
+from pmesh.vortex.loads import inertia_force, inertia_torque
 from pmesh.vortex.outer import Outer, swelling_flow
 from pmesh.vortex.passage import Passage, foresee
 from pmesh.vortex.recipe import checked_vorticity
-from pmesh.vortex.schemes import Carried, carry, on_mesh
+from pmesh.vortex.schemes import Carriage, Carried, brought_home
 from pmesh.vortex.state import State
 from pmesh.vortex.window import let_go
 from remesh.errors import BlowUpError
@@ -29,7 +32,11 @@ from remesh.kernels import get_kernel
 from remesh.nodes import sample_nodes
 from remesh.particles import distortion
 from remesh.paths import SCHEMES
-from remesh.stencils import max_gradient_norm
+from remesh.spreading import spread_nodes
+from remesh.stencils import divergence_ratio, max_gradient_norm
+
+if TYPE_CHECKING:
+    from pmesh.vortex.flow import VortexFlow
 
 Array = NDArray[np.floating[Any]]
 
@@ -41,12 +48,19 @@ class UniformEngine(Engine[State]):
 
     kind = State
 
+    def __init__(self, flow: VortexFlow) -> None:
+        super().__init__(flow)
+        self.buffers = Buffers()
+        self.compact = (flow.diffusion or ("compact" if flow.grid.ndim == 3 else "")) == "compact"
+
     def start(self, vorticity: Array | Callable[[Array], Array] | None) -> State:
         """See `VortexFlow.start`."""
         values = checked_vorticity(vorticity, self.flow.lattice, np.dtype(self.flow.dtype))
+        ndim = self.flow.lattice.ndim
         state = State(
             time=0.0, step=0, grid=self.flow.lattice, vorticity=values, gradient=0.0, speed=0.0,
-            impulse_force=(math.nan, math.nan),
+            impulse_force=(math.nan,) * (2 if ndim == 2 else 6),
+            lost_circulation=0.0 if ndim == 2 else np.zeros(3),
         )  # fmt: skip
         if self.flow.bodies:
             poses = tuple(body.start() for body in self.flow.bodies)
@@ -63,13 +77,19 @@ class UniformEngine(Engine[State]):
         passage = Passage.planned(state, self.wall(state), ahead, dt) if self.flow.bodies else None
         outer = self._outer(state, passage)
         half, velocity = self._first_half(state, passage, outer[0], dt)
-        displacement = carry(
-            _particles(half), velocity, self._inducer(state.grid, outer), state.grid, dt,
-            SCHEMES[self.flow.time_scheme], self.flow.kernel, self.flow.threads,
-        )  # fmt: skip
+        measured = self._measured(state, velocity)
+        carriage = self._carriage(state.grid)
+        displacement = carriage.carry(
+            _particles(half), velocity, self._inducer(state.grid, outer), dt
+        )
         moved = Carried(_particles(half).strengths, displacement)
         after = self._second_half(half, moved, passage, outer[1], dt)
-        return self._measured(self._pushed(state, after, outer, dt), velocity)
+        if after.displacement is not displacement:
+            self.buffers.give(displacement)
+        if half.vorticity is not state.vorticity:
+            self.buffers.give(half.vorticity)
+        after = self._pushed(state, after, outer, dt)
+        return replace(after, gradient=measured.gradient, speed=measured.speed)
 
     def velocity(self, state: State) -> Array:
         """Velocity on the nodes, free stream included, shape (2, *grid.shape) [L/T]."""
@@ -79,6 +99,8 @@ class UniformEngine(Engine[State]):
 
     def ledger(self, state: State) -> Mapping[str, float]:
         """Integrals of the vorticity, and what left the mesh."""
+        if state.grid.ndim == 3:
+            return self._budget(state)
         impulse = ledger.impulse(state.vorticity, state.grid)
         return {
             "circulation": ledger.circulation(state.vorticity, state.grid),
@@ -88,6 +110,31 @@ class UniformEngine(Engine[State]):
             "enstrophy": ledger.enstrophy(state.vorticity, state.grid),
             "lost_circulation": state.lost_circulation,
             "nodes": float(state.grid.size),
+        }
+
+    def _budget(self, state: State) -> Mapping[str, float]:
+        """What a flow in space keeps: costs a velocity solve, with mixed axes two."""
+        vorticity, grid, solver = state.vorticity, state.grid, self.solver(state.grid)
+        moments, enstrophy = Moments(vorticity, grid), dot(vorticity, vorticity) * grid.cell_volume
+        speed = solver.velocity(vorticity, out=self.buffers.take(vorticity.shape, vorticity.dtype))
+        held = energy(speed, vorticity, grid)
+        helicity = dot(speed, vorticity) * grid.cell_volume
+        if any(grid.periodic) and not all(grid.periodic):
+            held = potential_energy(solver.stream(vorticity, out=speed), vorticity, grid)
+        self.buffers.give(speed)
+        columns: dict[str, float] = {}
+        for name, vector in (
+            ("impulse", moments.impulse), ("angular_impulse", moments.angular_impulse)
+        ):  # fmt: skip
+            columns |= {f"{name}_{axis}": float(x) for axis, x in zip("xyz", vector, strict=True)}
+        return columns | {
+            "energy": held,
+            "helicity": helicity,
+            "enstrophy": enstrophy,
+            "dissipation": self.flow.viscosity * enstrophy,
+            "divergence": divergence_ratio(vorticity, grid, threads=self.flow.threads),
+            "lost_vorticity": float(np.linalg.norm(state.lost_circulation)),
+            "nodes": float(grid.size),
         }
 
     def fields(self, state: State) -> Mapping[str, Array]:
@@ -105,25 +152,28 @@ class UniformEngine(Engine[State]):
         self, state: State, passage: Passage | None, outer: Array | None, dt: float
     ) -> tuple[State, Array]:
         """Half of the spread and of the last known force: the state, and its velocity."""
-        spread, solver = 0.5 * dt * self.flow.viscosity, self.solver(state.grid)
+        spread = 0.5 * dt * self.flow.viscosity
         vorticity = state.vorticity
         if passage is not None and passage.given is not None:
-            vorticity = solver.diffuse(vorticity, spread)
+            vorticity = self._spread(vorticity, state.grid, spread, self._like(vorticity))
             vorticity += passage.before.created(passage.given, spread)
-            velocity = solver.velocity(vorticity, freestream=self.flow.freestream)
+            velocity = self._induced(vorticity, state.grid)
         elif passage is None and spread > 0:
-            vorticity, velocity = solver.diffuse_and_velocity(
-                vorticity, spread, freestream=self.flow.freestream
+            vorticity, velocity = self._spread_and_induced(
+                vorticity, state.grid, spread, self._like(vorticity)
             )
         else:
-            velocity = solver.velocity(vorticity, freestream=self.flow.freestream)
+            velocity = self._induced(vorticity, state.grid)
         particles = self._told(_particles(state), state.vorticity, vorticity, state.grid)
+        lost = 0.0
+        if vorticity is not state.vorticity and not all(state.grid.periodic):
+            lost = ledger.circulation(state.vorticity, state.grid)
+            lost = lost - ledger.circulation(vorticity, state.grid)
         half = replace(
             state,
             vorticity=vorticity,
             strengths=None if state.strengths is None else particles.strengths,
-            lost_circulation=state.lost_circulation
-            + ledger.cut(state.vorticity, vorticity, state.grid),
+            lost_circulation=state.lost_circulation + lost,
         )
         return half, _added(velocity, outer)
 
@@ -131,29 +181,36 @@ class UniformEngine(Engine[State]):
         self, state: State, moved: Carried, passage: Passage | None, outer: Array | None, dt: float
     ) -> State:
         """The other half of the spread and the force that holds the bodies: the next state."""
-        grid, solver = state.grid, self.solver(state.grid)
-        mesh, dropped = on_mesh(moved, grid, self.flow.kernel, self.flow.threads)
-        gone = on_mesh(_particles(state), grid, self.flow.kernel, self.flow.threads).dropped
+        grid, carriage = state.grid, self._carriage(state.grid)
+        mesh, dropped = carriage.on_mesh(moved)
+        gone = carriage.on_mesh(_particles(state)).dropped if state.displacement is not None else 0
         after = replace(state, time=state.time + dt, step=state.step + 1)
+        before = None if all(grid.periodic) else ledger.circulation(mesh, grid)
+        kept = self.flow.remeshing == "always"
+        into = mesh if kept else np.empty_like(mesh)
+        vorticity = mesh
         if passage is None:
             spread = 0.5 * dt * self.flow.viscosity
-            vorticity = solver.diffuse(mesh, spread) if spread > 0 else mesh
+            vorticity = self._spread(mesh, grid, spread, into) if spread > 0 else mesh
         else:
-            vorticity, velocity = solver.diffuse_and_velocity(
-                mesh,
-                self.flow.viscosity * passage.tau,
-                freestream=self.flow.freestream,
-                rows=passage.after.rows,
+            vorticity, velocity = self._spread_and_induced(
+                mesh, grid, self.flow.viscosity * passage.tau, into, passage.after.rows
             )
             speed = self.reference(state.speed, passage.after.poses)
             held = passage.arrive(_added(velocity, outer), speed)
+            self.buffers.give(velocity)
             vorticity += held.created
             after = replace(
                 after, constraint=held.constraint, loads=held.loads, poses=held.poses,
                 earlier=held.earlier,
             )  # fmt: skip
-        lost = float(dropped - gone) + ledger.cut(mesh, vorticity, grid)
-        after = replace(after, lost_circulation=state.lost_circulation + lost)
+        if self.flow.projection and after.step % self.flow.projection == 0:
+            vorticity = self.solver(grid).solenoidal(vorticity, out=into)
+        lost = dropped - gone
+        if before is not None:
+            lost = lost + before - ledger.circulation(vorticity, grid)
+        lost = state.lost_circulation + lost
+        after = replace(after, lost_circulation=lost if grid.ndim == 3 else float(lost))
         return self._remeshed(after, moved, mesh, vorticity)
 
     def _remeshed(self, state: State, moved: Carried, mesh: Array, vorticity: Array) -> State:
@@ -175,6 +232,8 @@ class UniformEngine(Engine[State]):
             after - before, particles.displacement, grid, self.flow.kernel, outside="zero",
             threads=self.flow.threads,
         )  # fmt: skip
+        if grid.ndim == 3:
+            change = brought_home(change, particles.displacement, grid)
         return Carried(particles.strengths + change, particles.displacement)
 
     def _pushed(self, before: State, after: State, outer: Outer, dt: float) -> State:
@@ -185,11 +244,11 @@ class UniformEngine(Engine[State]):
         if self.flow.window is not None:
             after = let_go(self.flow.window, after, self.flow.bodies, self.wind(after.poses), dt)
         elif self.flow.domain == "fixed" and room(full, after.grid, EDGE, follow=False):
-            return replace(after, impulse_force=(math.nan, math.nan))
+            return replace(after, impulse_force=(math.nan,) * len(after.impulse_force))
         force = ledger.impulse_force(
             (before.vorticity, full), after.grid, dt, self.flow.freestream, outer
         )
-        force += inertia_force(self.flow.bodies, before.poses, after.poses, dt)
+        force += _inertia_rate(self.flow.bodies, before.poses, after.poses, dt)
         return replace(after, impulse_force=tuple(float(x) for x in force))
 
     def _outer(self, state: State, passage: Passage | None) -> Outer:
@@ -261,14 +320,61 @@ class UniformEngine(Engine[State]):
         return replace(state, gradient=gradient, speed=largest(velocity))
 
     def _inducer(self, grid: Grid, outer: Outer) -> Callable[[Array, float], Array]:
-        """The law from vorticity on the nodes, and the part of the step gone by, to velocity."""
-        solver = self.solver(grid)
+        """The law from vorticity on the nodes, and the part of the step gone by, to velocity.
+
+        In space the velocity takes the place of the vorticity.
+        """
 
         def velocity(vorticity: Array, part: float) -> Array:
-            induced = solver.velocity(vorticity, freestream=self.flow.freestream)
+            into = vorticity if grid.ndim == 3 else None
+            induced = self._induced(vorticity, grid, into)
+            if into is None:
+                self.buffers.give(vorticity)
             return _added(induced, _between(outer, part))
 
         return velocity
+
+    def _carriage(self, grid: Grid) -> Carriage:
+        """How particles go on a mesh."""
+        flow = self.flow
+        return Carriage(
+            grid=grid, kernel=flow.kernel, scheme=SCHEMES[flow.time_scheme],
+            stretching=flow.stretching, threads=flow.threads, buffers=self.buffers,
+        )  # fmt: skip
+
+    def _like(self, array: Array) -> Array:
+        return self.buffers.take(array.shape, array.dtype)
+
+    def _induced(self, vorticity: Array, grid: Grid, into: Array | None = None) -> Array:
+        """Velocity of a vorticity field and the free stream."""
+        if into is None:
+            into = self.buffers.take((grid.ndim, *grid.shape), vorticity.dtype)
+        return self.solver(grid).velocity(vorticity, freestream=self.flow.freestream, out=into)
+
+    def _spread(self, vorticity: Array, grid: Grid, amount: float, into: Array) -> Array:
+        """The vorticity after it spread by ``amount`` = nu t [L^2]."""
+        if self.compact:
+            return spread_nodes(vorticity, grid, amount, out=into, threads=self.flow.threads)
+        return self.solver(grid).diffuse(vorticity, amount, out=into)
+
+    def _spread_and_induced(
+        self,
+        vorticity: Array,
+        grid: Grid,
+        amount: float,
+        into: Array,
+        rows: tuple[int, int] | None = None,
+    ) -> tuple[Array, Array]:
+        """The same, and the velocity of what it became; ``rows``: where that is wanted."""
+        if grid.ndim == 3:  # one after the other takes less memory
+            field = self._spread(vorticity, grid, amount, into)
+            return field, self._induced(field, grid)
+        speed = self.buffers.take((grid.ndim, *grid.shape), vorticity.dtype)
+        if rows is not None:
+            speed.fill(0)
+        return self.solver(grid).diffuse_and_velocity(
+            vorticity, amount, out=(into, speed), freestream=self.flow.freestream, rows=rows
+        )
 
     def wall(self, state: State) -> Wall:
         """The bodies on the mesh of a state."""
@@ -279,6 +385,16 @@ def _particles(state: State) -> Carried:
     """The state's vorticity as particles, on their nodes unless they were not remeshed."""
     strengths = state.vorticity if state.strengths is None else state.strengths
     return Carried(strengths, state.displacement)
+
+
+def _inertia_rate(
+    bodies: tuple[Body, ...], before: tuple[Pose, ...], after: tuple[Pose, ...], dt: float
+) -> Array:
+    """Rate of momentum, in space of angular momentum too, of fluid that would move with bodies."""
+    force = inertia_force(bodies, before, after, dt)
+    if len(force) == 2:
+        return force
+    return np.concatenate([force, inertia_torque(bodies, before, after, dt)])
 
 
 def _added(velocity: Array, outer: Array | None) -> Array:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import reduce
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from pmesh.bodies.body import Body
 from pmesh.bodies.pose import Pose
 from pmesh.vortex import ledger
+from pmesh.vortex.budget import Moments
 from pmesh.vortex.domain import Shift, strides
 from pmesh.vortex.state import State, Wake
 from remesh.errors import InputError, as_number
@@ -27,8 +29,8 @@ MEMORY = 4.0  # crossings of the fading zone over which the deficit is averaged
 class Gone(NamedTuple):
     """What faded away in a step."""
 
-    impulse: Array  # about the bodies' centre [L^3/T]
-    circulation: float  # [L^2/T]
+    impulse: Array  # about the bodies' centre [L^(ndim+1)/T]
+    circulation: Any  # in the plane [L^2/T]; in space the vector int w dV [L^3/T]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,7 +42,8 @@ class Window:
     faded, its flux q, and the circulation that has, G, go on to act: what lies beyond is, for the
     flow inside, a source q and a vortex G at the end of the window. Without them the drag in a
     window of L lengths behind the body is too large by about Cd/(2 pi L) of itself, and each eddy
-    of a vortex street that leaves is felt at the body as a gust of about G/(4 pi L).
+    of a vortex street that leaves is felt at the body as a gust of about G/(4 pi L). In space the
+    source alone acts: of the drag Cd/(16 L^2), and vortex lines have no circulation to carry off.
     """
 
     lower: tuple[float, ...]
@@ -108,7 +111,7 @@ class Window:
             depth = np.clip(depth, 0.0, 1.0)
             busy = busy or bool(depth.any())
             factors.append(np.exp(-FADING * reach / zone * depth**2))
-        return np.multiply.outer(*factors) if busy else None
+        return reduce(np.multiply.outer, factors) if busy else None
 
     def remembered(
         self, wake: Wake, gone: Gone, bodies: Sequence[Body], wind: Array, dt: float
@@ -120,18 +123,18 @@ class Window:
         exp(-W t/L), which begins alike. Where the wind stops the wake stays; where it turns the
         end turns with it.
         """
-        speed = float(np.hypot(*wind))
+        speed = float(np.linalg.norm(wind))
         if not (self.wake and speed > 0):
             return wake
         length, unit = _length(bodies), wind / speed
-        old = np.asarray(wake.way)
+        old = np.asarray(wake.way or (0.0,) * len(wind))
         flux = -float(np.dot(gone.impulse, unit)) / (dt * speed)
         share = -math.expm1(-dt * speed / (MEMORY * self.fade * length))
         way = old + (share if old.any() else 1.0) * (unit - old)
         kept = math.exp(-dt * speed / self._reach(length, unit))
         return Wake(
             flux=wake.flux + share * (flux - wake.flux),
-            circulation=kept * wake.circulation + gone.circulation,
+            circulation=kept * wake.circulation + gone.circulation if len(wind) == 2 else 0.0,
             way=tuple(float(x) for x in way),
         )
 
@@ -145,12 +148,18 @@ class Window:
         length, unit = _length(bodies), np.asarray(wake.way) / size
         center = np.mean([pose.center for pose in poses], axis=0)
         place = center + unit * self._reach(length, unit)
-        x, y = grid.axes()
-        arm_x, arm_y = (x - place[0])[:, None], (y - place[1])[None, :]
-        square = np.maximum(arm_x**2 + arm_y**2, 1e-6 * length**2)
-        scale = -np.expm1(-0.5 * square / (CORE * length) ** 2) / (2 * math.pi * square)
+        arms = np.meshgrid(
+            *(x - at for x, at in zip(grid.axes(), place, strict=True)), indexing="ij", sparse=True
+        )
+        square = np.maximum(sum(arm**2 for arm in arms), 1e-6 * length**2)
+        cut = -np.expm1(-0.5 * square / (CORE * length) ** 2)
+        if grid.ndim == 3:
+            source = wake.flux * cut / (4 * math.pi * square * np.sqrt(square))
+            return np.stack([source * arm for arm in arms])
+        scale = cut / (2 * math.pi * square)
         source, vortex = wake.flux * scale, wake.circulation * scale
-        return np.stack([source * arm_x - vortex * arm_y, source * arm_y + vortex * arm_x])
+        x, y = arms
+        return np.stack([source * x - vortex * y, source * y + vortex * x])
 
     def _reach(self, length: float, unit: Array) -> float:
         """Distance [L] from the centre to the middle of the fading zone along a direction."""
@@ -170,19 +179,28 @@ def let_go(window: Window, state: State, bodies: Sequence[Body], wind: Array, dt
 
     ``wind``: the stream that the bodies feel on the whole [L/T].
     """
-    reach = dt * (float(np.hypot(*wind)) or state.speed)
-    factor = window.faded(state.grid, bodies, state.poses, reach)
-    gone, kept = Gone(np.zeros(2), 0.0), state.vorticity
+    grid = state.grid
+    reach = dt * (float(np.linalg.norm(wind)) or state.speed)
+    factor = window.faded(grid, bodies, state.poses, reach)
+    gone, kept = Gone(np.zeros(grid.ndim), 0.0), state.vorticity
     if factor is not None:
         kept = (kept * factor).astype(kept.dtype, copy=False)
-        lost = ledger.cut(state.vorticity, kept, state.grid)
-        before, after = (ledger.impulse(w, state.grid) for w in (state.vorticity, kept))
-        left = np.subtract(before, after)
-        x, y = np.mean([pose.center for pose in state.poses], axis=0)
-        gone = Gone(left - lost * np.array([y, -x]), lost)
+        center = np.mean([pose.center for pose in state.poses], axis=0)
+        before, after = (_moments(field, grid, center) for field in (state.vorticity, kept))
+        gone = Gone(before.impulse - after.impulse, before.circulation - after.circulation)
     return replace(
         state,
         vorticity=kept,
         lost_circulation=state.lost_circulation + gone.circulation,
         wake=window.remembered(state.wake, gone, bodies, wind, dt),
     )
+
+
+def _moments(vorticity: Array, grid: Grid, center: Array) -> Gone:
+    """Impulse about a centre, and circulation."""
+    if grid.ndim == 3:
+        moments = Moments(vorticity, grid)
+        return Gone(moments.impulse - 0.5 * np.cross(center, moments.total), moments.total)
+    total = ledger.circulation(vorticity, grid)
+    about = np.array(ledger.impulse(vorticity, grid)) - total * np.array([center[1], -center[0]])
+    return Gone(about, total)
