@@ -10,12 +10,21 @@ from numpy.typing import NDArray
 
 from pmesh.cases.frames import Frames, Pixels, colour_strip
 from pmesh.cases.interface_film import VIEW, Box, picture_size
-from pmesh.cases.vortices import Look, extent, layers_of, looked, map_of, picture, usual_field
+from pmesh.cases.vortices import (
+    SHARES,
+    Look,
+    extent,
+    layers_of,
+    looked,
+    map_of,
+    picture,
+    usual_field,
+)
 from pmesh.cases.wake import Shot
 from remesh.errors import InputError
 
 SAMPLES = 9  # snapshots that levels and colours are found from
-MOTHER = {"vorticity": "velocity", "lambda2": "vorticity", "q": "vorticity"}  # of the colours
+USUAL = ("velocity", "vorticity")  # fields of the colours, the first one that is held
 WIDE = 0.04  # of the largest side, beside what is shown
 
 
@@ -34,16 +43,16 @@ def vortex_film(
 
     ``field`` and ``level`` as for `vortices.looked`, the same level and the same scale of colours
     in all pictures; ``colour_by`` a field, by default the velocity on the
-    vorticity, the vorticity on lambda2 and q, if held, or "none". One box holds all that is ever
+    vorticity, lambda2 and q, where held, or "none". One box holds all that is ever
     seen; with a ``centre`` of each snapshot it moves along. A second or two per picture.
     Refuses a run in which there is nothing to see.
     """
     field = usual_field(shots[0]) if field is None else field
     some = shots[:: -(-len(shots) // SAMPLES)]
     if colour_by is None:
-        mother = MOTHER.get(field)
-        held = mother is not None and all(mother in shot.names for shot in shots)
-        colour_by = mother if held else None
+        held = (name for name in USUAL if all(name in shot.names for shot in shots))
+        colour_by = next((name for name in held if name != field), None)
+        colour_by = colour_by if field in SHARES else None
     elif colour_by == "none":
         colour_by = None
     look = looked(some, field, levels=level, colour_by=colour_by)

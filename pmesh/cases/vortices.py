@@ -21,8 +21,8 @@ CRITERIA = ("lambda2", "q")  # worked out of the velocity
 SHARES = {"lambda2": 0.06, "q": 0.06, "vorticity": 0.3}  # of the extreme: the level if not given
 SHARE = 0.4  # of other fields
 SKIN = 3  # nodes around bodies that are not looked at for a level
-STRONG = 0.9  # quantile outside bodies that stands for the extreme of a wake
-LIVE = 0.002  # of the largest: what is weaker is not looked at for it
+STRONG = 0.98  # quantile outside bodies that stands for the extreme of a wake
+LIVE = 0.01  # of the largest: what is weaker is not looked at for it
 GLASS = 0.28  # opacity of the outer ones of several surfaces
 BODY, ALONE = "#c6c2ba", "#5b9bd5"
 UP, DOWN = "#d0644f", "#4f86c6"  # of surfaces where a signed field is positive, negative
@@ -136,7 +136,8 @@ def colour_limits(
 ) -> tuple[float, float]:
     """Values at which the colours of surfaces end, even about zero if they are of both signs.
 
-    Those of the nodes that the surfaces pass, but for the outermost hundredth at either end.
+    Those of the nodes that the surfaces pass away from walls, but for the outermost hundredth at
+    either end.
     """
     found = []
     for shot in shots:
@@ -149,7 +150,8 @@ def colour_limits(
                 crossing = side[1:] != side[:-1]
                 cut[1:] |= crossing
                 cut[:-1] |= crossing
-        values = values[beside & np.isfinite(values)]
+        away = _away(shot)
+        values = values[beside & np.isfinite(values) & (True if away is None else away)]
         if values.size:
             found.append(np.quantile(values, (0.01, 0.99)))
     if not found:
@@ -157,6 +159,7 @@ def colour_limits(
     low, high = float(np.min(found)), float(np.max(found))
     if low < 0 < high and min(-low, high) > 0.1 * max(-low, high):
         return -max(-low, high), max(-low, high)
+    low, high = (0.0 if abs(end) < 1e-3 * (high - low) else end for end in (low, high))
     return (low, high) if low < high else (low - 0.5, low + 0.5)
 
 
