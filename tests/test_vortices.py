@@ -133,6 +133,14 @@ def test_colours_end_at_what_is_found_on_the_surface_even_if_signed(tmp_path: Pa
     )
 
 
+def test_what_is_at_a_wall_does_not_stretch_the_colours(tmp_path: Path) -> None:
+    chi = shot(tmp_path, 1, chi=True)["chi"]
+    wall = 1.0 * (chi > 0)
+    fields = {"vorticity": ring() + 9.0 * wall, "heat": 1.0 + 500.0 * wall, "chi": chi}
+    one = write_snapshot(tmp_path / "1.vtkhdf", GRID, fields, 0, 0.0)
+    assert colour_limits([one], "heat", "vorticity", [1.5]) == pytest.approx((0.5, 1.5))
+
+
 def test_bodies_stand_beside_and_what_is_weaker_than_the_level_leaves_white(tmp_path: Path) -> None:
     one = shot(tmp_path, 1, chi=True)
     assert len(layers_of(one, Look("vorticity", (1.5,)))) == 2

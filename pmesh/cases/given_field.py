@@ -123,7 +123,7 @@ def _from_run(path: Path, dataset: str) -> Field:
 
     with reading(path), h5py.File(path, "r") as file:
         single = "step" in file.attrs
-    shots = [read_snapshot(path)] if single else read_snapshots(path.parent)
+    shots = [read_snapshot(path)] if single else read_snapshots(path.parent, path.stem)
     if not shots:
         raise InputError(f"there are no snapshots beside {path}", hint="fields/<step>.vtkhdf")
     shot = shots[-1]

@@ -136,8 +136,7 @@ def colour_limits(
 ) -> tuple[float, float]:
     """Values at which the colours of surfaces end, even about zero if they are of both signs.
 
-    Those of the nodes that the surfaces pass away from walls, but for the outermost hundredth at
-    either end.
+    Those of the nodes that surfaces pass away from walls, but for a hundredth at either end.
     """
     found = []
     for shot in shots:
