@@ -11,27 +11,24 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from remesh import _rows
+from remesh import _lanes, _rows
 from remesh._rows import (
     CHUNK,
     any_value,
     find_rows,
     gather,
     gather_edge,
-    gather_short,
-    lift,
-    runs,
+    group,
+    lay,
+    multiply,
     spread,
     spread_edge,
-    spread_short,
     weigh,
 )
 from remesh.compiled import drop_stale
 from remesh.layout import FAR
 
-SHORT = 12  # nodes: shorter runs go node by node
-
-drop_stale(__file__, _rows.__file__)
+drop_stale(__file__, _rows.__file__, _lanes.__file__)
 
 
 @njit(cache=True, nogil=True)
@@ -56,26 +53,31 @@ def reach(first, pieces, step, rows, displacement, scale, lowest, highest):
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def advect(
     first, pieces, step, colour, edges, field, displacement,
-    scale, coeffs, taps, mid, terms, periodic, out, dropped, bad,
+    scale, coeffs, taps, mid, terms, lanes, periodic, out, dropped, bad,
 ):  # fmt: skip
     """Every second band of rows, moved and remeshed into ``out``."""
     width = len(taps)
     left = width // 2 - 1
     parts, nx, nm, nc = field.shape
     last = displacement.shape[0] - 1
-    shape = (nx, nm, nc)
-    flat = out.reshape(out.size)
-    bases = np.empty(width * len(mid), np.int64)
+    flat = out.reshape(parts, nx * nm * nc)
+    rows = np.empty(width * len(mid), np.int64)
     wa = np.empty(width * CHUNK, field.dtype)
     wb = np.empty(width * CHUNK, field.dtype)
     wc = np.empty(width * CHUNK, field.dtype)
-    lifted = np.empty((width * len(mid), CHUNK), field.dtype)
-    ka = np.zeros(CHUNK, np.int32)
-    kb = np.zeros(CHUNK, np.int32)
-    kc = np.zeros(CHUNK, np.int32)
+    table = np.empty(CHUNK * len(lanes), field.dtype)
+    across = np.empty(CHUNK * len(lanes), field.dtype)
+    pitch = len(lanes) if len(mid) > 1 else 1
+    both = np.zeros((CHUNK + 2) * width * pitch, field.dtype)
+    straight = np.zeros(CHUNK, np.int64)
+    cells = (np.zeros(CHUNK, np.int32), np.zeros(CHUNK, np.int32), np.zeros(CHUNK, np.int32))
+    ka, kb, kc = cells
     local = np.empty(CHUNK, field.dtype)
-    changes = np.empty(CHUNK, np.int64)
+    same = np.empty(CHUNK, np.bool_)
     starts = np.empty(CHUNK + 1, np.int64)
+    bases = np.empty(CHUNK, np.int64)
+    places = np.empty(CHUNK, np.int64)
+    offsets = np.empty(CHUNK, np.int64)
     for piece in range(first, pieces, step):
         band = 2 * piece + colour
         for row in range(edges[band] * nm, edges[band + 1] * nm):
@@ -88,112 +90,99 @@ def advect(
                     used |= any_value(field[p, i, m, column:stop])
                 if not used:
                     continue
-                bad[band] += weigh(
-                    displacement[0, i, m, column:stop], scale, coeffs, taps, terms, ka, local, wa
-                )
+                count = stop - column
+                moves = displacement[:, i, m, column:stop]
+                bad[band] += weigh(moves[0], scale, coeffs, taps, terms, ka, local, wa)
                 if len(mid) > 1:
-                    bad[band] += weigh(
-                        displacement[1, i, m, column:stop],
-                        scale,
-                        coeffs,
-                        taps,
-                        terms,
-                        kb,
-                        local,
-                        wb,
-                    )
-                bad[band] += weigh(
-                    displacement[last, i, m, column:stop], scale, coeffs, taps, terms, kc, local, wc
-                )
-                found = runs(
-                    stop - column, nc - width + 1, left, ka, kb, kc, column, changes, starts
-                )
+                    bad[band] += weigh(moves[1], scale, coeffs, taps, terms, kb, local, wb)
+                    lay(wb, count, straight, taps, lanes, across)
+                bad[band] += weigh(moves[last], scale, coeffs, taps, terms, kc, local, wc)
+                found = group(
+                    count, nc, column, cells, taps, lanes, periodic[2], same, starts, bases, places,
+                    offsets,
+                )  # fmt: skip
+                lay(wc, count, offsets, taps, lanes, table)
+                multiply(wa, across, count, taps, mid, lanes, both)
                 for p in range(parts):
-                    lift(field[p, i, m, column:stop], wa, wb, taps, mid, lifted)
-                    part = flat[p * nx * nm * nc : (p + 1) * nx * nm * nc]
-                    for r in range(found):
-                        n0, n1 = starts[r], starts[r + 1]
-                        reached = n1 - n0 + width - 1
-                        x = i + np.int64(ka[n0]) - left
-                        y = m + np.int64(kb[n0]) - left
-                        z = column + n0 + np.int64(kc[n0]) - left
-                        whole = find_rows(x, y, z, shape, periodic, False, taps, mid, bases)
-                        if not whole or z < 0 or z + reached > nc:
+                    source = field[p, i, m, column:stop]
+                    whole = False
+                    for g in range(found):
+                        n = starts[g]
+                        if g == 0 or ka[n] != ka[n - 1] or kb[n] != kb[n - 1]:
+                            x = i + np.int64(ka[n]) - left
+                            y = m + np.int64(kb[n]) - left
+                            whole = find_rows(x, y, (nx, nm, nc), periodic, False, taps, mid, rows)
+                        if whole and bases[g] >= 0:
+                            spread(
+                                source, rows, bases[g], both, table, n, starts[g + 1], taps, mid,
+                                lanes, flat[p],
+                            )  # fmt: skip
+                            continue
+                        for k in range(n, starts[g + 1]):
                             dropped[band, p] += spread_edge(
-                                lifted, wc, n0, n1, taps, mid, out[p], x, y, z, periodic
-                            )
-                        elif n1 - n0 < max(SHORT, width):
-                            spread_short(part, bases, lifted, wc, n0, n1, taps)
-                        else:
-                            for k in range(len(bases)):
-                                target = part[bases[k] : bases[k] + reached]
-                                spread(lifted[k], wc, n0, n1 - n0, taps, target)
+                                source[k], rows, places[k], nc, periodic[2], both, table,
+                                offsets[k], k, taps, mid, lanes, flat[p],
+                            )  # fmt: skip
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
 def sample(
-    first, pieces, step, rows, field, displacement,
-    scale, coeffs, taps, mid, terms, periodic, clamps, out, bad,
+    first, pieces, step, size, field, displacement,
+    scale, coeffs, taps, mid, terms, lanes, periodic, clamps, out, bad,
 ):  # fmt: skip
-    """Pieces of ``rows`` rows of ``out``: the field at node + displacement."""
+    """Pieces of ``size`` rows of ``out``: the field at node + displacement."""
     width = len(taps)
     left = width // 2 - 1
     parts, nx, nm, nc = field.shape
     last = displacement.shape[0] - 1
-    shape = (nx, nm, nc)
-    flat = field.reshape(field.size)
+    flat = field.reshape(parts, nx * nm * nc)
+    rows = np.empty(width * len(mid), np.int64)
     wa = np.empty(width * CHUNK, field.dtype)
     wb = np.empty(width * CHUNK, field.dtype)
     wc = np.empty(width * CHUNK, field.dtype)
-    ka = np.zeros(CHUNK, np.int32)
-    kb = np.zeros(CHUNK, np.int32)
-    kc = np.zeros(CHUNK, np.int32)
+    table = np.empty(CHUNK * len(lanes), field.dtype)
+    cells = (np.zeros(CHUNK, np.int32), np.zeros(CHUNK, np.int32), np.zeros(CHUNK, np.int32))
+    ka, kb, kc = cells
     local = np.empty(CHUNK, field.dtype)
-    changes = np.empty(CHUNK, np.int64)
+    same = np.empty(CHUNK, np.bool_)
     starts = np.empty(CHUNK + 1, np.int64)
-    bases = np.empty(width * len(mid), np.int64)
+    bases = np.empty(CHUNK, np.int64)
+    places = np.empty(CHUNK, np.int64)
+    offsets = np.empty(CHUNK, np.int64)
     for piece in range(first, pieces, step):
-        for row in range(piece * rows, min((piece + 1) * rows, nx * nm)):
+        for row in range(piece * size, min((piece + 1) * size, nx * nm)):
             i = row // nm
             m = row % nm
             for column in range(0, nc, CHUNK):
                 stop = min(column + CHUNK, nc)
-                bad[piece] += weigh(
-                    displacement[0, i, m, column:stop], scale, coeffs, taps, terms, ka, local, wa
-                )
+                count = stop - column
+                moves = displacement[:, i, m, column:stop]
+                bad[piece] += weigh(moves[0], scale, coeffs, taps, terms, ka, local, wa)
                 if len(mid) > 1:
-                    bad[piece] += weigh(
-                        displacement[1, i, m, column:stop],
-                        scale,
-                        coeffs,
-                        taps,
-                        terms,
-                        kb,
-                        local,
-                        wb,
-                    )
-                bad[piece] += weigh(
-                    displacement[last, i, m, column:stop], scale, coeffs, taps, terms, kc, local, wc
-                )
-                found = runs(
-                    stop - column, nc - width + 1, left, ka, kb, kc, column, changes, starts
-                )
-                for r in range(found):
-                    n0, n1 = starts[r], starts[r + 1]
-                    x = i + np.int64(ka[n0]) - left
-                    y = m + np.int64(kb[n0]) - left
-                    z = column + n0 + np.int64(kc[n0]) - left
-                    whole = find_rows(x, y, z, shape, periodic, clamps, taps, mid, bases)
-                    inside = whole and z >= 0 and z + n1 - n0 + width - 1 <= nc
-                    for p in range(parts):
-                        target = out[p, i, m, column:stop]
-                        part = flat[p * nx * nm * nc : (p + 1) * nx * nm * nc]
-                        if inside and n1 - n0 < 4:
-                            gather_short(part, bases, wa, wb, wc, n0, n1, taps, mid, target)
-                        elif inside:
-                            gather(part, bases, wa, wb, wc, n0, n1, taps, mid, target)
-                        else:
-                            gather_edge(
-                                field[p], wa, wb, wc, n0, n1, taps, mid, x, y, z, periodic,
-                                clamps, target,
+                    bad[piece] += weigh(moves[1], scale, coeffs, taps, terms, kb, local, wb)
+                bad[piece] += weigh(moves[last], scale, coeffs, taps, terms, kc, local, wc)
+                found = group(
+                    count, nc, column, cells, taps, lanes, periodic[2], same, starts, bases, places,
+                    offsets,
+                )  # fmt: skip
+                lay(wc, count, offsets, taps, lanes, table)
+                for p in range(parts):
+                    target = out[p, i, m, column:stop]
+                    whole = False
+                    for g in range(found):
+                        n = starts[g]
+                        if g == 0 or ka[n] != ka[n - 1] or kb[n] != kb[n - 1]:
+                            x = i + np.int64(ka[n]) - left
+                            y = m + np.int64(kb[n]) - left
+                            whole = find_rows(x, y, (nx, nm, nc), periodic, clamps, taps, mid, rows)
+                        if whole and bases[g] >= 0:
+                            for k in range(n, starts[g + 1]):
+                                target[k] = gather(
+                                    flat[p], rows, bases[g], wa, wb, table, k, taps, mid, lanes
+                                )
+                            continue
+                        for k in range(n, starts[g + 1]):
+                            target[k] = gather_edge(
+                                flat[p], rows, places[k], nc, periodic[2], clamps, wa, wb, table,
+                                offsets[k], k, taps, mid, lanes,
                             )  # fmt: skip

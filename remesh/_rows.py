@@ -1,18 +1,25 @@
-"""Compiled pieces of the node laws: weights of a row, runs of equal whole cells, sums on a run.
+"""Compiled pieces of the node laws: weights of a row, groups of its nodes, sums over a stencil.
+
+A group is a few nodes in a row whose stencils lie in the same rows and, along the last axis, within
+the same few nodes, the lanes: what a group gives is added to a row of nodes in one go.
 
 Numba keeps one cache per file: after a change here, touch the files that import it.
 """
 
-# mypy: disable-error-code="no-untyped-def, no-untyped-call"
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, call-arg, var-annotated"
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
+from remesh import _lanes
+from remesh._lanes import dot, load, none, plus, store, times
+from remesh.compiled import drop_stale
 from remesh.layout import FAR
 
 CHUNK = 128  # nodes per piece of a row: the weights of all axes stay in the first-level cache
-ONE, TWO, THREE = np.uintp(1), np.uintp(2), np.uintp(3)  # unsigned: no test for negative indices
+
+drop_stale(__file__, _lanes.__file__)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -50,37 +57,6 @@ def weigh(displacement, scale, coeffs, taps, terms, cells, local, weights):
     return bad
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def spread(source, weights, start, count, taps, target):
-    """target[k + t] += source[start + k] * weights[t, start + k] for a run of >= taps nodes."""
-    width = len(taps)
-    for k in range(width - 1):
-        for t in range(k + 1):
-            target[k] += source[start + k - t] * weights[t * CHUNK + start + k - t]
-    middle = target[width - 1 : count]
-    lead = source[start : start + count]
-    for k in range(middle.size):
-        total = middle[k]
-        for t in range(width):
-            j = np.uintp(k + width - 1 - t)
-            total += lead[j] * weights[np.uintp(t * CHUNK + start + k + width - 1 - t)]
-        middle[k] = total
-    for k in range(count, count + width - 1):
-        for t in range(k - count + 1, width):
-            target[k] += source[start + k - t] * weights[t * CHUNK + start + k - t]
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def spread_short(flat, bases, lifted, weights, start, stop, taps):
-    """As `spread` for a run too short for it, node by node so that stores do not queue up."""
-    for n in range(start, stop):
-        for row in range(len(bases)):
-            value = lifted[row, np.uintp(n)]
-            place = np.uintp(bases[row] + n - start)
-            for t in range(len(taps)):
-                flat[place + np.uintp(t)] += value * weights[np.uintp(t * CHUNK + n)]
-
-
 @njit(cache=True, nogil=True)
 def row_of(index, size, wraps, clamps):
     """The row that an index means: wrapped, the edge row, or -1 for none."""
@@ -93,117 +69,6 @@ def row_of(index, size, wraps, clamps):
     return -1
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def spread_edge(lifted, weights, start, stop, taps, mid, field, x, y, z, periodic):
-    """As `spread` where a run crosses an edge: wraps, or returns the strength that is lost."""
-    nx, nm, nc = field.shape
-    lost = field.dtype.type(0)
-    for a in range(len(taps)):
-        i = row_of(x + a, nx, periodic[0], False)
-        for b in range(len(mid)):
-            m = row_of(y + b, nm, periodic[1], False) if len(mid) > 1 else 0
-            source = lifted[a * len(mid) + b]
-            for n in range(start, stop):
-                for t in range(len(taps)):
-                    j = row_of(z + n - start + t, nc, periodic[2], False)
-                    value = source[n] * weights[t * CHUNK + n]
-                    if i >= 0 and m >= 0 and j >= 0:
-                        field[i, m, j] += value
-                    else:
-                        lost += value
-    return lost
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def gather(flat, bases, first, middle, last, start, stop, taps, mid, target):
-    """target[n] = sum of weights times field over the stencil, four nodes at a time, for a run.
-
-    ``bases`` are the places in ``flat`` of the stencil's rows for the node ``start``.
-    """
-    n = start
-    while n < stop:
-        if n + 4 > stop:
-            n = stop - 4  # the same values again: the run is at least four nodes long
-        k = np.uintp(n)
-        zero = flat.dtype.type(0)
-        s0 = s1 = s2 = s3 = zero
-        for a in range(len(taps)):
-            u0 = u1 = u2 = u3 = zero
-            for b in range(len(mid)):
-                place = np.uintp(bases[a * len(mid) + b] + n - start)
-                v0 = v1 = v2 = v3 = zero
-                for c in range(len(taps)):
-                    w = np.uintp(c * CHUNK + n)
-                    f = place + np.uintp(c)
-                    v0 += last[w] * flat[f]
-                    v1 += last[w + ONE] * flat[f + ONE]
-                    v2 += last[w + TWO] * flat[f + TWO]
-                    v3 += last[w + THREE] * flat[f + THREE]
-                if len(mid) > 1:
-                    w = np.uintp(b * CHUNK + n)
-                    v0 *= middle[w]
-                    v1 *= middle[w + ONE]
-                    v2 *= middle[w + TWO]
-                    v3 *= middle[w + THREE]
-                u0 += v0
-                u1 += v1
-                u2 += v2
-                u3 += v3
-            w = np.uintp(a * CHUNK + n)
-            s0 += first[w] * u0
-            s1 += first[w + ONE] * u1
-            s2 += first[w + TWO] * u2
-            s3 += first[w + THREE] * u3
-        target[k] = s0
-        target[k + ONE] = s1
-        target[k + TWO] = s2
-        target[k + THREE] = s3
-        n += 4
-
-
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
-def gather_short(flat, bases, first, middle, last, start, stop, taps, mid, target):
-    """As `gather` for runs of fewer than four nodes."""
-    for n in range(start, stop):
-        total = flat.dtype.type(0)
-        for a in range(len(taps)):
-            across = flat.dtype.type(0)
-            for b in range(len(mid)):
-                place = np.uintp(bases[a * len(mid) + b] + n - start)
-                along = flat.dtype.type(0)
-                for c in range(len(taps)):
-                    along += last[np.uintp(c * CHUNK + n)] * flat[place + np.uintp(c)]
-                if len(mid) > 1:
-                    along *= middle[np.uintp(b * CHUNK + n)]
-                across += along
-            total += first[np.uintp(a * CHUNK + n)] * across
-        target[n] = total
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def gather_edge(
-    field, first, middle, last, start, stop, taps, mid, x, y, z, periodic, clamps, target
-):
-    """As `gather` for short runs and where a run crosses an edge; it starts at node x, y, z."""
-    nx, nm, nc = field.shape
-    for n in range(start, stop):
-        total = field.dtype.type(0)
-        for a in range(len(taps)):
-            i = row_of(x + a, nx, periodic[0], clamps)
-            for b in range(len(mid)):
-                m = row_of(y + b, nm, periodic[1], clamps) if len(mid) > 1 else 0
-                if i < 0 or m < 0:
-                    continue
-                line = first[a * CHUNK + n]
-                if len(mid) > 1:
-                    line *= middle[b * CHUNK + n]
-                for c in range(len(taps)):
-                    j = row_of(z + n - start + c, nc, periodic[2], clamps)
-                    if j >= 0:
-                        total += line * (last[c * CHUNK + n] * field[i, m, j])
-        target[n] = total
-
-
 @njit(cache=True, nogil=True)
 def any_value(source):
     """Whether a piece of a row holds anything but zeros."""
@@ -214,48 +79,172 @@ def any_value(source):
 
 
 @njit(cache=True, nogil=True)
-def runs(count, columns, left, cells_a, cells_b, cells_c, column, changes, starts):
-    """Starts of the runs of equal whole cells on one side of the edges; returns how many."""
+def group(count, columns, first, cells, taps, lanes, wraps, same, starts, bases, places, offsets):
+    """Starts of the groups of nodes, and where their lanes begin; returns how many.
+
+    ``first``: the column of the first node. ``places``: the column where each stencil begins,
+    ``offsets``: its place in the lanes. Lanes that would reach beyond the row begin earlier; a node
+    whose stencil crosses an end of the row stands alone, with -1 for a base.
+    """
+    width = len(taps)
+    cells_a, cells_b, cells_c = cells
+    for n in range(count):
+        places[n] = first + n + np.int64(cells_c[n]) - (width // 2 - 1)
+    if wraps:
+        for n in range(count):
+            if places[n] < 0 or places[n] >= columns:
+                places[n] %= columns
     for n in range(1, count):
-        here = column + n + np.int64(cells_c[n]) - left
-        there = column + n - 1 + np.int64(cells_c[n - 1]) - left
-        edge = (here < 0) ^ (there < 0) | (here < columns) ^ (there < columns)
-        same = (cells_a[n] == cells_a[n - 1]) & (cells_b[n] == cells_b[n - 1])
-        changes[n] = edge | (cells_c[n] != cells_c[n - 1]) | ~same
-    found = 1
-    starts[0] = 0
-    for n in range(1, count):
-        starts[found] = n
-        found += changes[n]
+        same[n] = (cells_a[n] == cells_a[n - 1]) & (cells_b[n] == cells_b[n - 1])
+    same[0] = False
+    room = columns - width if len(lanes) <= columns else -1
+    found = 0
+    base = np.int64(FAR)
+    for n in range(count):
+        z = places[n]
+        offset = z - base
+        if not (same[n] and 0 <= offset <= len(lanes) - width):
+            inside = 0 <= z <= room
+            base = min(z, columns - len(lanes)) if inside else np.int64(FAR)
+            offset = z - base if inside else 0
+            starts[found] = n
+            bases[found] = base if inside else -1
+            found += 1
+        offsets[n] = offset
     starts[found] = count
     return found
 
 
 @njit(cache=True, nogil=True)
-def find_rows(x, y, z, shape, periodic, clamps, taps, mid, bases):
-    """Places in the flat field of a stencil's rows from x, y, z on; false if one is missing."""
+def lay(weights, count, offsets, taps, lanes, table):
+    """Weights node by node, each at its place in the lanes, zeros beside."""
+    for n in range(count):
+        place = n * len(lanes)
+        store(none(table, lanes), table, place)
+        place += offsets[n]
+        for t in range(len(taps)):
+            table[np.uintp(place + t)] = weights[np.uintp(t * CHUNK + n)]
+
+
+@njit(cache=True, nogil=True)
+def find_rows(x, y, shape, periodic, clamps, taps, mid, rows):
+    """Places in the flat field of a stencil's rows from x, y on, -1 for none; false if one is."""
     nx, nm, nc = shape
+    if x >= 0 and x + len(taps) <= nx and y >= 0 and y + len(mid) <= nm:
+        for a in range(len(taps)):
+            for b in range(len(mid)):
+                rows[np.uintp(a * len(mid) + b)] = ((x + a) * nm + y + b) * nc
+        return True
     whole = True
     for a in range(len(taps)):
         i = row_of(x + a, nx, periodic[0], clamps)
         for b in range(len(mid)):
             m = row_of(y + b, nm, periodic[1], clamps) if len(mid) > 1 else 0
-            whole &= i >= 0 and m >= 0
-            bases[a * len(mid) + b] = (i * nm + m) * nc + z
+            inside = i >= 0 and m >= 0
+            whole &= inside
+            rows[a * len(mid) + b] = (i * nm + m) * nc if inside else -1
     return whole
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def lift(source, first, middle, taps, mid, lifted):
-    """source * weights of tap a on the first axis * those of tap b on the middle axis, all a, b."""
+def multiply(first, middle, count, taps, mid, lanes, both):
+    """Node by node the weights of tap a on the first axis times those of tap b on the middle one.
+
+    ``middle`` node by node as `lay` makes it; ``both`` has one place per a in the plane, and in
+    space as many as lanes.
+    """
+    width = len(taps)
+    for n in range(count):
+        if len(mid) > 1:
+            along = load(middle, n * len(lanes), lanes)
+            for a in range(width):
+                place = (n * width + a) * len(lanes)
+                store(times(along, first[np.uintp(a * CHUNK + n)]), both, place)
+        else:
+            for a in range(width):
+                both[np.uintp(n * width + a)] = first[np.uintp(a * CHUNK + n)]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def spread(source, rows, base, both, table, start, stop, taps, mid, lanes, flat):
+    """Add to the stencil's rows what the nodes of a group give, three of them at once."""
+    width = len(taps)
+    pitch = len(lanes) if len(mid) > 1 else 1
+    step = width * pitch
+    for n in range(start, stop, 3):
+        one = times(load(table, n * len(lanes), lanes), source[np.uintp(n)])
+        two = none(flat, lanes)
+        three = none(flat, lanes)
+        if n + 1 < stop:
+            two = times(load(table, (n + 1) * len(lanes), lanes), source[np.uintp(n + 1)])
+        if n + 2 < stop:
+            three = times(load(table, (n + 2) * len(lanes), lanes), source[np.uintp(n + 2)])
+        for a in range(width):
+            for b in range(len(mid)):
+                place = rows[np.uintp(a * len(mid) + b)] + base
+                weight = np.uintp(n * step + a * pitch + b)
+                total = load(flat, place, lanes)
+                total = plus(total, one, both[weight])
+                total = plus(total, two, both[weight + np.uintp(step)])
+                total = plus(total, three, both[weight + np.uintp(2 * step)])
+                store(total, flat, place)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def spread_edge(value, rows, z, columns, wraps, both, table, offset, n, taps, mid, lanes, flat):
+    """As `spread` for one node whose stencil crosses an edge; returns the strength that is lost."""
+    width = len(taps)
+    pitch = len(lanes) if len(mid) > 1 else 1
+    lost = flat.dtype.type(0)
+    for t in range(width):
+        along = value * table[n * len(lanes) + offset + t]
+        k = row_of(z + t, columns, wraps, False)
+        for a in range(width):
+            for b in range(len(mid)):
+                given = along * both[np.uintp((n * width + a) * pitch + b)]
+                row = rows[a * len(mid) + b]
+                if row >= 0 and k >= 0:
+                    flat[row + k] += given
+                else:
+                    lost += given
+    return lost
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def gather(flat, rows, base, first, middle, table, n, taps, mid, lanes):
+    """The sum of weights times values over the stencil of one node."""
+    total = none(flat, lanes)
     for a in range(len(taps)):
-        for b in range(len(mid)):
-            row = lifted[a * len(mid) + b]
-            left = first[a * CHUNK : (a + 1) * CHUNK]
-            right = middle[b * CHUNK : (b + 1) * CHUNK]
-            if len(mid) > 1:
-                for n in range(source.size):
-                    row[n] = source[n] * left[n] * right[n]
-            else:
-                for n in range(source.size):
-                    row[n] = source[n] * left[n]
+        weight = first[np.uintp(a * CHUNK + n)]
+        if len(mid) > 1:
+            across = none(flat, lanes)
+            for b in range(len(mid)):
+                values = load(flat, rows[a * len(mid) + b] + base, lanes)
+                across = plus(across, values, middle[np.uintp(b * CHUNK + n)])
+            total = plus(total, across, weight)
+        else:
+            total = plus(total, load(flat, rows[a] + base, lanes), weight)
+    return dot(total, load(table, n * len(lanes), lanes))
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def gather_edge(
+    flat, rows, z, columns, wraps, clamps, first, middle, table, offset, n, taps, mid, lanes
+):
+    """As `gather` where the stencil crosses an edge."""
+    total = flat.dtype.type(0)
+    for t in range(len(taps)):
+        k = row_of(z + t, columns, wraps, clamps)
+        along = flat.dtype.type(0)
+        for a in range(len(taps)):
+            across = flat.dtype.type(0)
+            for b in range(len(mid)):
+                row = rows[a * len(mid) + b]
+                if row >= 0 and k >= 0:
+                    weight = flat.dtype.type(1)
+                    if len(mid) > 1:
+                        weight = middle[np.uintp(b * CHUNK + n)]
+                    across += weight * flat[row + k]
+            along += first[np.uintp(a * CHUNK + n)] * across
+        total += table[n * len(lanes) + offset + t] * along
+    return total

@@ -61,6 +61,8 @@ def split(count: int, least: int = 1) -> tuple[int, int]:
 
 
 def even_bands(count: int) -> int:
-    """At most ``count`` bands, an even number of them or one: every second one is done at once."""
+    """At most ``count`` bands: a multiple of four, or two, or one; every second is done at once."""
     count = min(count, PIECES)
-    return count - count % 2 if count > 1 else 1
+    if count >= 4:
+        return count - count % 4  # each half of them is even: two threads have as much to do
+    return 2 if count > 1 else 1

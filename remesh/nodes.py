@@ -53,7 +53,7 @@ def advect_nodes(
     for colour in (0, 1):
         share(
             _nodes.advect, len(edges[colour:-1:2]), plan.threads, colour, edges, plan.field,
-            plan.displacement, *plan.shape, plan.periodic, plan.out, dropped, bad,
+            plan.displacement, *plan.shape, plan.lanes, plan.periodic, plan.out, dropped, bad,
         )  # fmt: skip
     plan.refuse(int(bad.sum()))
     lost = dropped.sum(axis=0, dtype=np.float64) * grid.cell_volume
@@ -88,7 +88,7 @@ def sample_nodes(
     bad = np.zeros(pieces, dtype=np.int64)
     share(
         _nodes.sample, pieces, plan.threads, rows, plan.field, plan.displacement, *plan.shape,
-        plan.periodic, outside == "nearest", plan.out, bad,
+        plan.lanes, plan.periodic, outside == "nearest", plan.out, bad,
     )  # fmt: skip
     plan.refuse(int(bad.sum()))
     return plan.result
@@ -135,6 +135,8 @@ class _Plan:
         self.out = self.result.reshape(lines)
         self.threads = thread_count(threads)
         self.shape = tables(kernel, grid, dtype)
+        width = len(self.shape[2])
+        self.lanes = (0,) * max(8, 1 << (width - 1).bit_length())
         self.periodic = wraps(grid)
 
     def refuse(self, bad: int) -> None:
