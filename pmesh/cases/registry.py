@@ -80,6 +80,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.swimmer_pair:SwimmerPair",
         "two swimmers in tandem: their speeds and power beside those of one alone",
     ),
+    "strained-ring": Entry(
+        "pmesh.cases.strained_ring:StrainedRingCase",
+        "a vortex ring in a straining flow: impulse and energy beside its exact linear evolution",
+    ),
     "dumbbell": Entry(
         "pmesh.cases.dumbbell:DumbbellCase",
         "a dumbbell collapses by its mean curvature: pinch-off, volume, beside a converged curve",
