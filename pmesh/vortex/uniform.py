@@ -182,7 +182,7 @@ class UniformEngine(Engine[State]):
     ) -> State:
         """The other half of the spread and the force that holds the bodies: the next state."""
         grid, carriage = state.grid, self._carriage(state.grid)
-        mesh, dropped = carriage.on_mesh(moved)
+        mesh, dropped = carriage.on_mesh(moved, self._like(moved.strengths))  # the state keeps it
         gone = carriage.on_mesh(_particles(state)).dropped if state.displacement is not None else 0
         after = replace(state, time=state.time + dt, step=state.step + 1)
         before = None if all(grid.periodic) else ledger.circulation(mesh, grid)
