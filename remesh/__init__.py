@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from remesh.stencils import divergence as divergence
     from remesh.stencils import gradient as gradient
     from remesh.stencils import laplacian as laplacian
+    from remesh.stretching import divergence_norms as divergence_norms
+    from remesh.stretching import stretched as stretched
     from remesh.transfer import m2p as m2p
     from remesh.transfer import p2m as p2m
     from remesh.transfer import remesh as remesh
@@ -56,6 +58,7 @@ __all__ = [
     "curl",
     "distortion",
     "divergence",
+    "divergence_norms",
     "gradient",
     "laplacian",
     "m2p",
@@ -65,6 +68,7 @@ __all__ = [
     "remesh",
     "sample_nodes",
     "sampled",
+    "stretched",
     "to_uniform",
     "transferred",
 ]
@@ -96,6 +100,8 @@ _HOME = {
     "divergence": "remesh.stencils",
     "gradient": "remesh.stencils",
     "laplacian": "remesh.stencils",
+    "divergence_norms": "remesh.stretching",
+    "stretched": "remesh.stretching",
     "m2p": "remesh.transfer",
     "p2m": "remesh.transfer",
     "remesh": "remesh.transfer",

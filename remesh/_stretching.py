@@ -1,151 +1,182 @@
-"""Compiled loops of the stretching law: one row of nodes along the last axis at a time."""
+"""Compiled loops of central differences of order 6 on vector fields in space, few nodes at a time.
 
-# mypy: disable-error-code="no-untyped-def, no-untyped-call"
+Rows are read at their neighbours along the first two axes; along the last one from copies with
+three nodes more on each side.
+"""
+
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, call-arg, var-annotated"
 from __future__ import annotations
 
 import numpy as np
 from numba import njit
 
-from remesh._rows import any_value
+from remesh import _lanes, _rows
+from remesh._lanes import load, none, plus, product, store
+from remesh._rows import row_of
+from remesh.compiled import drop_stale
 
-REACH = 3  # nodes of a sixth-order central difference to each side
+REACH = 3  # nodes that the difference reads on each side
+
+drop_stale(__file__, _lanes.__file__, _rows.__file__)
 
 
 @njit(cache=True, nogil=True)
-def row_at(place, nodes, wraps, clamps):
-    """The row of an index that may lie beyond an end; -1 where nothing is."""
-    if 0 <= place < nodes:
-        return place
-    if wraps:
-        return place % nodes
-    if clamps:
-        return min(max(place, 0), nodes - 1)
-    return -1
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def padded(source, factor, times, wraps, clamps, target):
-    """A row, times another if asked, with REACH nodes more at each end."""
-    nodes = source.size
-    inner = target[REACH : REACH + nodes]
-    if times:
-        for k in range(nodes):
-            inner[k] = source[k] * factor[k]
-    else:
-        for k in range(nodes):
-            inner[k] = source[k]
-    for m in range(REACH):
-        if wraps:
-            target[m] = inner[(m - REACH) % nodes]
-            target[REACH + nodes + m] = inner[m % nodes]
-        elif clamps:
-            target[m] = inner[0]
-            target[REACH + nodes + m] = inner[nodes - 1]
-        else:
-            target[m] = 0
-            target[REACH + nodes + m] = 0
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def add_products(a, b, c, d, weight, out):
-    """out += weight (a b - c d)."""
-    for k in range(out.size):
-        out[k] += weight * (a[k] * b[k] - c[k] * d[k])
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def add_product(a, b, weight, out):
-    """out += weight a b."""
-    for k in range(out.size):
-        out[k] += weight * (a[k] * b[k])
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def add_change(factor, ahead, behind, weight, out):
-    """out += weight factor (ahead - behind)."""
-    for k in range(out.size):
-        out[k] += weight * factor[k] * (ahead[k] - behind[k])
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def add_along(line, weights, out):
-    """out += the difference of a padded row along itself."""
-    w0, w1, w2 = weights[0], weights[1], weights[2]
-    for k in range(out.size):
-        out[k] += (
-            w0 * (line[k + 4] - line[k + 2])
-            + w1 * (line[k + 5] - line[k + 1])
-            + w2 * (line[k + 6] - line[k])
-        )
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def add_along_times(line, factor, weights, out):
-    """out += factor times the difference of a padded row along itself."""
-    w0, w1, w2 = weights[0], weights[1], weights[2]
-    for k in range(out.size):
-        out[k] += factor[k] * (
-            w0 * (line[k + 4] - line[k + 2])
-            + w1 * (line[k + 5] - line[k + 1])
-            + w2 * (line[k + 6] - line[k])
-        )
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def stretch(first, pieces, step, rows, w, d, weights, periodic, conservative, out):
-    """Pieces of ``rows`` rows of w + (w . grad) d, or of w + div(w d)."""
-    _, nx, ny, nz = w.shape
-    line = np.empty(nz + 2 * REACH, w.dtype)
+def extents(first, pieces, step, rows, field, low, high):
+    """The columns between which each row of any component holds more than zeros."""
+    parts, nx, nm, nc = field.shape
     for piece in range(first, pieces, step):
-        for row in range(piece * rows, min((piece + 1) * rows, nx * ny)):
-            i, j = row // ny, row % ny
-            for c in range(3):
-                target = out[c, i, j]
-                for k in range(nz):
-                    target[k] = w[c, i, j, k]
-            across(w, d, i, j, 0, weights, periodic, conservative, out)
-            across(w, d, i, j, 1, weights, periodic, conservative, out)
-            along = w[2, i, j]
-            if not any_value(along):
-                continue
-            for c in range(3):
-                padded(d[c, i, j], along, conservative, periodic[2], not conservative, line)
-                if conservative:
-                    add_along(line, weights, out[c, i, j])
-                else:
-                    add_along_times(line, along, weights, out[c, i, j])
+        for row in range(piece * rows, min((piece + 1) * rows, nx * nm)):
+            low[row] = nc
+            high[row] = 0
+            for p in range(parts):
+                line = field[p, row // nm, row % nm]
+                a = 0
+                while a < nc and line[a] == 0:
+                    a += 1
+                if a < nc:
+                    b = nc
+                    while line[b - 1] == 0:
+                        b -= 1
+                    low[row] = min(low[row], a)
+                    high[row] = max(high[row], b)
+
+
+@njit(cache=True, nogil=True)
+def pad(line, wraps, clamps, padded):
+    """A copy of a row with three nodes more on each side: wrapped, of the edge's value, or zero."""
+    nc = line.size
+    padded[REACH : REACH + nc] = line
+    for k in range(REACH):
+        before = row_of(k - REACH, nc, wraps, clamps)
+        after = row_of(nc + k, nc, wraps, clamps)
+        padded[k] = line[before] if before >= 0 else 0
+        padded[REACH + nc + k] = line[after] if after >= 0 else 0
+
+
+@njit(cache=True, nogil=True)
+def neighbours(i, m, shape, periodic, clamps, weights, places, factors):
+    """Places of the rows that a node's differences read, x first; their factors, 0 for none."""
+    nx, nm, nc = shape
+    for s in range(REACH):
+        for side in range(2):
+            shift = s + 1 if side == 0 else -s - 1
+            weight = weights[s] if side == 0 else -weights[s]
+            x = row_of(i + shift, nx, periodic[0], clamps)
+            y = row_of(m + shift, nm, periodic[1], clamps)
+            e = 2 * s + side
+            places[e] = (x * nm + m) * nc if x >= 0 else -1
+            places[e + 2 * REACH] = (i * nm + y) * nc if y >= 0 else -1
+            factors[e] = weight
+            factors[e + 2 * REACH] = weight
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def across(w, d, i, j, axis, weights, periodic, conservative, out):
-    """The part of one row that comes from differences along the first or the middle axis."""
-    _, nx, ny, _ = w.shape
-    own = w[axis, i, j]
-    if not conservative and not any_value(own):
-        return
-    for m in range(REACH):
-        if axis == 0:
-            ia = row_at(i + m + 1, nx, periodic[0], not conservative)
-            ib = row_at(i - m - 1, nx, periodic[0], not conservative)
-            ja, jb = j, j
-        else:
-            ja = row_at(j + m + 1, ny, periodic[1], not conservative)
-            jb = row_at(j - m - 1, ny, periodic[1], not conservative)
-            ia, ib = i, i
-        has_a, has_b = ia >= 0 and ja >= 0, ib >= 0 and jb >= 0
-        if not conservative:
+def stretch(
+    first, pieces, step, rows, strengths, displacement, weights, periodic, conserves, lanes,
+    low, high, out,
+):  # fmt: skip
+    """Strengths plus sum_j D_j (w_j d), or plus sum_j w_j (D_j d)."""
+    _, nx, nm, nc = strengths.shape
+    w = strengths.reshape(3, nx * nm * nc)
+    d = displacement.reshape(3, nx * nm * nc)
+    result = out.reshape(3, nx * nm * nc)
+    places = np.empty(4 * REACH, np.int64)
+    factors = np.empty(4 * REACH, w.dtype)
+    length = nc + 2 * REACH
+    along = np.empty(length, w.dtype)
+    moves = np.empty((3, length), w.dtype)
+    for piece in range(first, pieces, step):
+        for row in range(piece * rows, min((piece + 1) * rows, nx * nm)):
+            own = row * nc
+            neighbours(
+                row // nm, row % nm, (nx, nm, nc), periodic, not conserves, weights, places, factors
+            )
+            start = low[row]
+            stop = high[row]
+            if conserves:
+                for place in places:
+                    if place >= 0:
+                        start = min(start, low[place // nc])
+                        stop = max(stop, high[place // nc])
+                if start < stop:
+                    start -= REACH
+                    stop += REACH
+                    if periodic[2] and (start < 0 or stop > nc):
+                        start, stop = 0, nc
             for c in range(3):
-                add_change(own, d[c, ia, ja], d[c, ib, jb], weights[m], out[c, i, j])
-            continue
-        has_a = has_a and any_value(w[axis, ia, ja])
-        has_b = has_b and any_value(w[axis, ib, jb])
-        for c in range(3):
-            if has_a and has_b:
-                add_products(
-                    w[axis, ia, ja], d[c, ia, ja], w[axis, ib, jb], d[c, ib, jb], weights[m],
-                    out[c, i, j],
-                )  # fmt: skip
-            elif has_a:
-                add_product(w[axis, ia, ja], d[c, ia, ja], weights[m], out[c, i, j])
-            elif has_b:
-                add_product(w[axis, ib, jb], d[c, ib, jb], -weights[m], out[c, i, j])
+                result[c, own : own + nc] = 0
+            start = max(start, 0)
+            stop = min(stop, nc)
+            if start >= stop:
+                continue
+            pad(w[2, own : own + nc], periodic[2], False, along)
+            for c in range(3):
+                pad(d[c, own : own + nc], periodic[2], not conserves, moves[c])
+            for block in range(start, stop, len(lanes)):
+                k = min(block, nc - len(lanes))
+                one = load(w[0], own + k, lanes)
+                two = load(w[1], own + k, lanes)
+                three = load(w[2], own + k, lanes)
+                for e in range(4 * REACH):
+                    place = places[e]
+                    if place < 0:
+                        continue
+                    source = place if conserves else own
+                    given = load(w[0 if e < 2 * REACH else 1], source + k, lanes)
+                    one = plus(one, product(given, load(d[0], place + k, lanes)), factors[e])
+                    two = plus(two, product(given, load(d[1], place + k, lanes)), factors[e])
+                    three = plus(three, product(given, load(d[2], place + k, lanes)), factors[e])
+                for e in range(2 * REACH):
+                    place = k + REACH + (e // 2 + 1) * (1 - 2 * (e % 2))
+                    source = place if conserves else k + REACH
+                    given = load(along, source, lanes)
+                    one = plus(one, product(given, load(moves[0], place, lanes)), factors[e])
+                    two = plus(two, product(given, load(moves[1], place, lanes)), factors[e])
+                    three = plus(three, product(given, load(moves[2], place, lanes)), factors[e])
+                store(one, result[0], own + k)
+                store(two, result[1], own + k)
+                store(three, result[2], own + k)
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def squares(first, pieces, step, rows, field, weights, periodic, lanes, sums):
+    """Per piece: sums of (div w)^2 and of |grad w|^2, and the number of nodes they are over."""
+    _, nx, nm, nc = field.shape
+    flat = field.reshape(3, nx * nm * nc)
+    places = np.empty(4 * REACH, np.int64)
+    factors = np.empty(4 * REACH, field.dtype)
+    line = np.empty(nc + 2 * REACH, field.dtype)
+    found = np.empty((3, nc), field.dtype)
+    total = np.empty(nc, field.dtype)
+    slopes = np.empty(nc, field.dtype)
+    begin = 0 if periodic[2] else REACH
+    for piece in range(first, pieces, step):
+        for row in range(piece * rows, min((piece + 1) * rows, nx * nm)):
+            own = row * nc
+            neighbours(row // nm, row % nm, (nx, nm, nc), periodic, False, weights, places, factors)
+            if places.min() < 0:
+                continue
+            total[:] = 0
+            slopes[:] = 0
+            for c in range(3):
+                pad(flat[c, own : own + nc], periodic[2], False, line)
+                for block in range(0, nc, len(lanes)):
+                    k = min(block, nc - len(lanes))
+                    x = none(line, lanes)
+                    y = none(line, lanes)
+                    z = none(line, lanes)
+                    for e in range(2 * REACH):
+                        place = k + REACH + (e // 2 + 1) * (1 - 2 * (e % 2))
+                        x = plus(x, load(flat[c], places[e] + k, lanes), factors[e])
+                        y = plus(y, load(flat[c], places[e + 2 * REACH] + k, lanes), factors[e])
+                        z = plus(z, load(line, place, lanes), factors[e])
+                    store(x, found[0], k)
+                    store(y, found[1], k)
+                    store(z, found[2], k)
+                for k in range(nc):
+                    slopes[k] += found[0, k] ** 2 + found[1, k] ** 2 + found[2, k] ** 2
+                    total[k] += found[c, k]
+            for k in range(begin, nc - begin):
+                sums[piece, 0] += np.float64(total[k]) ** 2
+                sums[piece, 1] += np.float64(slopes[k])
+                sums[piece, 2] += 1

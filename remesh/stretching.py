@@ -1,22 +1,34 @@
-"""How vorticity in space stretches: strengths of particles deformed with their lattice."""
+"""Vortex stretching of strengths on nodes, and how free of divergence a vector field is."""
 
 from __future__ import annotations
 
-from typing import Any, Literal
+import math
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from remesh import _stretching
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.layout import precision, split, wraps
+from remesh.stencils import weights
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 Form = Literal["conservative", "classical"]
 FORMS = ("conservative", "classical")
-SIXTH = (3 / 4, -3 / 20, 1 / 60)  # weights of the sixth-order central difference
+
+
+class DivergenceNorms(NamedTuple):
+    """Root mean squares over the nodes: of div w, and of |grad w|, the root of all slopes^2."""
+
+    divergence: float
+    gradient: float
+
+    @property
+    def ratio(self) -> float:
+        """The first over the second, zero for a field without slopes."""
+        return self.divergence / self.gradient if self.gradient > 0 else 0.0
 
 
 def stretched(
@@ -28,48 +40,98 @@ def stretched(
     out: Array | None = None,
     threads: int | None = None,
 ) -> Array:
-    """Strengths w (3, *shape) of particles that went from their nodes by d (3, *shape) [L].
+    """Strengths deformed with the lattice of the particles that a displacement d [L] moves.
 
-    ``"classical"``: w + (w . grad) d, Cauchy's formula: exact for the vorticity of an inviscid
-    flow, whose lines go with the fluid. ``"conservative"``: w + div(w d), the same where w has no
-    divergence; it keeps the sum of the strengths to round-off where they vanish at unbounded edges.
-    Sixth-order central differences, exact for displacements that are polynomials of degree 6 (of a
-    product with w in the conservative form). They wrap on periodic axes; beyond unbounded edges
-    strengths are zero, and d keeps its edge value. One pass; rows without vorticity cost nothing.
-    Same bits for any number of threads. Refuses grids that are not in space, wrong shapes, an
-    ``out`` that shares memory. Source: Cottet & Koumoutsakos, Vortex Methods (2000), chapter 3.
+    Both ``(3, *grid.shape)``. ``"conservative"``: w_i + sum_j D_j (w_j d_i), which keeps the sum of
+    a field that is zero near unbounded edges; ``"classical"``: w_i + sum_j w_j (D_j d_i), no wider
+    than w. D is the central difference of order 6, so both are of order 6 in the spacing, and exact
+    for d = G x: w + G w (the conservative one where w is uniform). It wraps on periodic axes;
+    beyond an unbounded edge w d is zero (conservative), d keeps its edge value (classical).
+    Rows, and ends of rows, where all strengths in reach are zero cost nothing. Same bits for any
+    number of threads. Refuses the plane, where nothing stretches, and an ``out`` that shares memory
+    with what is read. Source: Cottet & Koumoutsakos, Vortex Methods (2000), section 3.1.
     """
+    from remesh import _stretching
+
     if form not in FORMS:
-        raise InputError(f"form must be one of {', '.join(FORMS)}, got {form!r}", hint=FORMS[0])
+        raise InputError(f"form must be one of {FORMS}, got {form!r}", hint="form='conservative'")
+    values = _vectors(strengths, grid, "strengths")
+    moves = np.ascontiguousarray(_vectors(displacement, grid, "displacement"), values.dtype)
+    result = _output(out, values, moves)
+    nodes = values.shape[1] * values.shape[2]
+    rows, pieces = split(nodes)
+    low, high = np.empty(nodes, np.int64), np.empty(nodes, np.int64)
+    count = thread_count(threads)
+    share(_stretching.extents, pieces, count, rows, values, low, high)
+    share(
+        _stretching.stretch, pieces, count, rows, values, moves, _slopes(grid, values.dtype),
+        wraps(grid), form == "conservative", _lanes(grid), low, high, result,
+    )  # fmt: skip
+    return result
+
+
+def divergence_norms(field: Array, grid: Grid, *, threads: int | None = None) -> DivergenceNorms:
+    """How large div w is, and the gradient of w to compare it with, of ``(3, *grid.shape)``.
+
+    Root mean squares [Q/L] of central differences of order 6 over the nodes whose stencils lie
+    inside the mesh; all of them where an axis is periodic. One pass, no array of the grid's size.
+    Same numbers for any number of threads. Refuses the plane and unbounded axes below 7 nodes.
+    """
+    from remesh import _stretching
+
+    values = _vectors(field, grid, "field")
+    for axis, (size, periodic) in enumerate(zip(grid.shape, grid.periodic, strict=True)):
+        if not periodic and size < 7:
+            raise InputError(
+                f"differences of order 6 read 7 nodes, axis {axis} has {size}", hint="a longer axis"
+            )
+    rows, pieces = split(values.shape[1] * values.shape[2])
+    sums = np.zeros((pieces, 3))
+    share(
+        _stretching.squares, pieces, thread_count(threads), rows, values,
+        _slopes(grid, values.dtype), wraps(grid), _lanes(grid), sums,
+    )  # fmt: skip
+    across, slopes, nodes = (float(total) for total in sums.sum(axis=0))
+    return DivergenceNorms(math.sqrt(across / nodes), math.sqrt(slopes / nodes))
+
+
+def _slopes(grid: Grid, dtype: np.dtype[Any]) -> Array:
+    """Weights of the difference one, two and three nodes ahead [1/L]."""
+    ahead = weights(1, tuple(range(-3, 4)))[4:]
+    return np.array([float(w) / grid.spacing for w in ahead], dtype)
+
+
+def _lanes(grid: Grid) -> tuple[int, ...]:
+    """Nodes done at once: no more than a row has."""
+    return (0,) * (8 if grid.shape[-1] >= 8 else 1)
+
+
+def _vectors(field: Array, grid: Grid, name: str) -> Array:
+    values = np.asarray(field)
     if grid.ndim != 3:
         raise InputError(
-            "vorticity stretches in space, the grid is plane", hint="a Grid with three axes"
+            f"{name} must be vectors in space, the grid has {grid.ndim} axes",
+            hint="in the plane vorticity is a scalar: it does not stretch and has no divergence",
         )
-    shape = (3, *grid.shape)
-    w, d = np.asarray(strengths), np.asarray(displacement)
-    for name, field in (("strengths", w), ("displacement", d)):
-        if field.shape != shape:
-            raise InputError(
-                f"{name} must have shape {shape}, got {field.shape}",
-                hint="one component per axis, in front",
-            )
-    dtype = precision(w)
-    result = np.empty(shape, dtype) if out is None else out
-    if result.shape != shape or result.dtype != dtype or not result.flags.c_contiguous:
+    if values.shape != (3, *grid.shape):
         raise InputError(
-            f"out must be a contiguous {dtype} array of shape {shape}, "
-            f"got {result.dtype} {result.shape}",
+            f"{name} must have shape {(3, *grid.shape)}, got {values.shape}",
+            hint="one component per axis first",
+        )
+    return np.ascontiguousarray(values, precision(values))
+
+
+def _output(out: Array | None, values: Array, moves: Array) -> Array:
+    if out is None:
+        return np.empty_like(values)
+    if out.shape != values.shape or out.dtype != values.dtype or not out.flags.c_contiguous:
+        raise InputError(
+            f"out must be a contiguous {values.dtype} array of shape {values.shape}, "
+            f"got {out.dtype} {out.shape}",
             hint="np.empty_like(strengths)",
         )
-    if np.may_share_memory(result, w) or np.may_share_memory(result, d):
+    if np.may_share_memory(out, values) or np.may_share_memory(out, moves):
         raise InputError(
             "out shares memory with strengths or displacement", hint="another array for out"
         )
-    rows, pieces = split(grid.shape[0] * grid.shape[1])
-    share(
-        _stretching.stretch, pieces, thread_count(threads), rows,
-        np.ascontiguousarray(w, dtype), np.ascontiguousarray(d, dtype),
-        (np.array(SIXTH) / grid.spacing).astype(dtype), wraps(grid), form == "conservative",
-        result,
-    )  # fmt: skip
-    return result
+    return out
