@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from remesh.particles import Particles as Particles
     from remesh.particles import distortion as distortion
     from remesh.reconstruction import reconstruct as reconstruct
+    from remesh.spreading import spread_nodes as spread_nodes
     from remesh.stencils import curl as curl
     from remesh.stencils import divergence as divergence
     from remesh.stencils import gradient as gradient
@@ -68,6 +69,7 @@ __all__ = [
     "remesh",
     "sample_nodes",
     "sampled",
+    "spread_nodes",
     "stretched",
     "to_uniform",
     "transferred",
@@ -101,6 +103,7 @@ _HOME = {
     "gradient": "remesh.stencils",
     "laplacian": "remesh.stencils",
     "divergence_norms": "remesh.stretching",
+    "spread_nodes": "remesh.spreading",
     "stretched": "remesh.stretching",
     "m2p": "remesh.transfer",
     "p2m": "remesh.transfer",

@@ -1,97 +1,113 @@
-"""Compiled loops of the spreading law: a stencil along one axis after another, in place."""
+"""Compiled sums of symmetric stencils on a uniform mesh: first axis, then plane by plane.
+
+Fields are ``(components, nx, nm, nc)``, the last axis contiguous; in 2-D the middle axis has one
+node. Every piece of work reads a copy of what it then writes, so that a field is changed in place.
+"""
 
 # mypy: disable-error-code="no-untyped-def, no-untyped-call"
 from __future__ import annotations
 
+import numpy as np
 from numba import njit
 
+from remesh import _rows
+from remesh._rows import CHUNK, any_value, row_of
+from remesh.compiled import drop_stale
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def fold(source, weights, wraps, target):
-    """A stencil along the last axis of (rows, n): target = sum of weights of neighbours."""
-    rows, n = source.shape
-    reach = weights.size - 1
-    for r in range(rows):
-        line, out = source[r], target[r]
-        for k in range(n):
-            out[k] = weights[0] * line[k]
-        for m in range(1, reach + 1):
-            w = weights[m]
-            for k in range(m, n - m):
-                out[k] += w * (line[k - m] + line[k + m])
-            for k in range(min(m, n)):
-                low = k - m
-                if wraps:
-                    out[k] += w * line[low % n]
-                high = k + m
-                if high < n:
-                    out[k] += w * line[high]
-                elif wraps:
-                    out[k] += w * line[high % n]
-            for k in range(max(n - m, m), n):
-                out[k] += w * line[k - m]
-                if wraps:
-                    out[k] += w * line[(k + m) % n]
+drop_stale(__file__, _rows.__file__)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
-def mix(source, weights, wraps, target):
-    """The same along the first axis."""
-    n, columns = source.shape
-    reach = weights.size - 1
-    for i in range(n):
-        out = target[i]
-        middle = source[i]
-        for k in range(columns):
-            out[k] = weights[0] * middle[k]
-        for m in range(1, reach + 1):
-            w = weights[m]
-            low, high = i - m, i + m
-            if wraps:
-                low, high = low % n, high % n
-            if low >= 0 and high < n:
-                one, other = source[low], source[high]
-                for k in range(columns):
-                    out[k] += w * (one[k] + other[k])
-            elif low >= 0:
-                one = source[low]
-                for k in range(columns):
-                    out[k] += w * one[k]
-            elif high < n:
-                one = source[high]
-                for k in range(columns):
-                    out[k] += w * one[k]
+def blend(source, start, stride, weights, target):
+    """target[k] = sum of the weights times source[start + k + j * stride], both sides."""
+    own = source[start : start + target.size]
+    for k in range(target.size):
+        target[k] = weights[0] * own[k]
+    for j in range(1, weights.size):
+        behind = source[start - j * stride : start - j * stride + target.size]
+        ahead = source[start + j * stride : start + j * stride + target.size]
+        for k in range(target.size):
+            target[k] += weights[j] * (behind[k] + ahead[k])
+
+
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
+def row_sum(row):
+    """Sum of a row in double precision."""
+    total = 0.0
+    for k in range(row.size):
+        total += np.float64(row[k])
+    return total
 
 
 @njit(cache=True, nogil=True)
-def copy(source, target):
-    """target = source, for planes that do not lie in one piece."""
-    for i in range(source.shape[0]):
-        for k in range(source.shape[1]):
-            target[i, k] = source[i, k]
-
-
-@njit(cache=True, nogil=True)
-def planes(first, pieces, step, field, weights, middle, wraps, scratch, out):
-    """Planes of fixed first index: along the last axis, then along the middle one."""
-    one, other = scratch[first, 0], scratch[first, 1]
+def over_first(first, pieces, step, field, weights, wraps, out, sums):
+    """Strips of all rows of the first axis: the stencil along it; ``sums``: values before."""
+    _, nx, nm, nc = field.shape
+    width = weights.size - 1
+    strips = -(-nc // CHUNK)
+    strip = np.zeros(((nx + 2 * width), CHUNK), field.dtype)
+    flat = strip.reshape(strip.size)
     for piece in range(first, pieces, step):
-        fold(field[piece], weights, wraps[2], one)
-        if middle:
-            mix(one, weights, wraps[1], other)
-            copy(other, out[piece])
-        else:
-            copy(one, out[piece])
+        p = piece // (nm * strips)
+        m = piece // strips % nm
+        column = piece % strips * CHUNK
+        stop = min(column + CHUNK, nc)
+        used = False
+        for i in range(nx):
+            row = field[p, i, m, column:stop]
+            used |= any_value(row)
+            strip[i + width, : stop - column] = row
+            sums[piece] += row_sum(row)
+        if not used:
+            for i in range(nx):
+                out[p, i, m, column:stop] = 0
+            continue
+        for k in range(width):
+            for edge, index in ((k, k - width), (nx + width + k, nx + k)):
+                i = row_of(index, nx, wraps, False)
+                if i >= 0:
+                    strip[edge] = strip[i + width]
+                else:
+                    strip[edge] = 0
+        for i in range(nx):
+            blend(flat, (i + width) * CHUNK, CHUNK, weights, out[p, i, m, column:stop])
 
 
 @njit(cache=True, nogil=True)
-def columns(first, pieces, step, field, weights, wraps, scratch, edges):
-    """Slabs of the second index: along the first axis, in place."""
-    nodes = field.shape[0]
+def over_others(first, pieces, step, field, weights, periodic, sums):
+    """Planes across the first axis: the stencil along the others; ``sums``: of the values after."""
+    _, nx, nm, nc = field.shape
+    width = weights.size - 1
+    deep = width if nm > 1 else 0
+    plane = np.empty((nm + 2 * deep, nc), field.dtype)
+    flat = plane.reshape(plane.size)
+    line = np.empty(nc + 2 * width, field.dtype)
     for piece in range(first, pieces, step):
-        low, high = edges[piece], edges[piece + 1]
-        one = scratch[first, 0, : nodes * (high - low)].reshape(nodes, high - low)
-        other = scratch[first, 1, : nodes * (high - low)].reshape(nodes, high - low)
-        copy(field[:, low:high], one)
-        mix(one, weights, wraps[0], other)
-        copy(other, field[:, low:high])
+        p = piece // nx
+        i = piece % nx
+        used = False
+        for m in range(nm):
+            used |= any_value(field[p, i, m])
+            plane[m + deep] = field[p, i, m]
+        if not used:
+            continue
+        for k in range(deep):
+            for edge, index in ((k, k - deep), (nm + deep + k, nm + k)):
+                m = row_of(index, nm, periodic[1], False)
+                if m >= 0:
+                    plane[edge] = plane[m + deep]
+                else:
+                    plane[edge] = 0
+        for m in range(nm):
+            middle = line[width : width + nc]
+            if deep > 0:
+                blend(flat, (m + deep) * nc, nc, weights, middle)
+            else:
+                middle[:] = plane[m]
+            for k in range(width):
+                before = row_of(k - width, nc, periodic[2], False)
+                after = row_of(nc + k, nc, periodic[2], False)
+                line[k] = middle[before] if before >= 0 else 0
+                line[width + nc + k] = middle[after] if after >= 0 else 0
+            blend(line, width, 1, weights, field[p, i, m])
+            sums[piece] += row_sum(field[p, i, m])

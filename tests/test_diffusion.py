@@ -6,8 +6,9 @@ from nested_blocks import nested, recipe
 
 from remesh.errors import InputError
 from remesh.multires.blocks import Blocks
-from remesh.multires.diffusion import REACHES, plan, spread, stencil
+from remesh.multires.diffusion import spread
 from remesh.multires.pyramid import restricted
+from remesh.spreading import REACHES, plan, stencil
 
 
 def gaussian(points, width, start=None):

@@ -9,18 +9,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from remesh import _spreading
+from remesh._spreading import blend
+from remesh.compiled import drop_stale
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def blend(source, start, stride, weights, target):
-    """target[k] = sum of the weights times source[start + k + j * stride], both sides."""
-    own = source[start : start + target.size]
-    for k in range(target.size):
-        target[k] = weights[0] * own[k]
-    for j in range(1, weights.size):
-        behind = source[start - j * stride : start - j * stride + target.size]
-        ahead = source[start + j * stride : start + j * stride + target.size]
-        for k in range(target.size):
-            target[k] += weights[j] * (behind[k] + ahead[k])
+drop_stale(__file__, _spreading.__file__)
 
 
 @njit(cache=True, nogil=True)

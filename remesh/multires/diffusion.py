@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from math import comb
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,10 +16,10 @@ from remesh.multires.leaving import at_ends, coarsest_sums, matter
 from remesh.multires.particles import as_blocks
 from remesh.multires.pyramid import restricted
 from remesh.multires.wavelets import get_wavelet
+from remesh.spreading import plan, stencil
 from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
-REACHES = {2: 0.4, 4: 0.6, 8: 1.3, 12: 2.0}  # half widths; nu t [spacings^2] they are good for
 
 
 class Spread(NamedTuple):
@@ -71,35 +69,6 @@ def spread(values: Array, blocks: Blocks, diffused: float, *, threads: int | Non
             lost += volume * (before - told)
         before = after
     return Spread(given, lost.reshape(shape))
-
-
-@lru_cache(maxsize=64)
-def stencil(diffused: float, reach: int) -> NDArray[np.float64]:
-    """Weights from the middle out for nu t in spacings^2: those with the right moments.
-
-    exp(-nu t k^2) as a power series in y = 4 sin^2(k / 2), the symbol of minus the second
-    difference, up to y^reach; k^2 = 2 sum_n y^n / (n^2 binomial(2n, n)).
-    """
-    logarithm = [0.0] + [-2 * diffused / (n * n * comb(2 * n, n)) for n in range(1, reach + 1)]
-    series = [1.0]
-    for n in range(1, reach + 1):
-        series.append(sum(k * logarithm[k] * series[n - k] for k in range(1, n + 1)) / n)
-    weights = np.zeros(reach + 1)
-    for n, factor in enumerate(series):
-        for j in range(n + 1):
-            weights[j] += factor * (-1) ** j * comb(2 * n, n - j)
-    weights.setflags(write=False)
-    return weights
-
-
-def plan(diffused: float, most: int) -> tuple[int, int]:
-    """Half width and number of substeps for nu t in spacings^2, ``most`` nodes of ghosts."""
-    usable = {reach: good for reach, good in REACHES.items() if reach <= most}
-    for reach, good in usable.items():
-        if diffused <= good:
-            return reach, 1
-    reach = max(usable)
-    return reach, math.ceil(diffused / usable[reach])
 
 
 def _convolved(values: Array, blocks: Blocks, weights: Array, threads: int | None) -> Array:
