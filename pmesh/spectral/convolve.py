@@ -34,6 +34,13 @@ class Multiplier(Protocol):
         """Its values for the wavenumbers ``low:high`` of the last axis, axes reversed."""
 
 
+class Table(Protocol):
+    """Real values per wavenumber, axes reversed: an array, or made for each part asked for."""
+
+    def __getitem__(self, part: slice, /) -> NDArray[Any]:
+        """Those for some wavenumbers of the last axis."""
+
+
 @dataclass(frozen=True)
 class Term:
     """One summand of an output: i^turn times a real table times the transform of a source.
@@ -42,7 +49,7 @@ class Term:
     """
 
     source: int
-    table: NDArray[Any] | None = None
+    table: Table | None = None
     parity: tuple[int, ...] = ()
     turn: int = 0
 

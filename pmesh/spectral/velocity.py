@@ -11,6 +11,7 @@ from numpy.typing import DTypeLike, NDArray
 from pmesh.spectral.checks import check_field, check_freestream, check_mean, output
 from pmesh.spectral.convolve import Convolver, Field, Multiplier, Rows, Term
 from pmesh.spectral.smoothing import Smoothing, make_smoothing, refuse_too_wide
+from pmesh.spectral.solenoidal import projection
 from pmesh.spectral.symbols import Box, Derivative, Greens, multipliers
 from remesh.errors import InputError
 from remesh.grid import Grid
@@ -62,6 +63,7 @@ class VelocitySolver:
     ) -> Field:
         """Velocity curl(psi), laplace(psi) = -vorticity, plus the free stream [L/T].
 
+        ``out`` may be the vorticity, of which all is read before anything is written.
         ``smoothing``: ``("heat", a)`` or ``("phi1", a)``, a [L^2], acts on the vorticity first.
         """
         sources = self._sources(vorticity)
@@ -104,6 +106,26 @@ class VelocitySolver:
         tables = self._tables(firsts)
         terms = [[_term(0, table, name, -1)] for table, name in zip(tables, firsts, strict=True)]
         self._run([source], terms, list(out), None)
+        return out
+
+    def solenoidal(self, vorticity: Field, *, out: Field | None = None) -> Field:
+        """The divergence-free part of a vorticity in space; ``out`` may be the vorticity.
+
+        w - D (D . w) / (D . D), D the central difference of order 6: what it tells of the
+        divergence is round-off, at all nodes whose stencils lie inside the mesh. Of all such fields
+        the nearest to w in a periodic box, where it keeps the sum; on unbounded axes w is zero
+        beyond the mesh, and what reaches beyond it is cut. What no difference sees, the mean and
+        waves from node to node, stays. One transform per component in and out, no array kept.
+        Refuses the plane, where no vorticity has a divergence.
+        """
+        if self.grid.ndim != 3:
+            raise InputError(
+                "in the plane vorticity is a scalar: it has no divergence to take away",
+                hint="a grid of three axes",
+            )
+        sources = self._sources(vorticity)
+        out = output(out, (3, *self.grid.shape), self.dtype)
+        self._run(sources, projection(self.box, self.dtype), list(out), None, solves=False)
         return out
 
     def poisson(self, rhs: Field, *, out: Field | None = None) -> Field:
