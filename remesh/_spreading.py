@@ -30,18 +30,9 @@ def blend(source, start, stride, weights, target):
             target[k] += weights[j] * (behind[k] + ahead[k])
 
 
-@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
-def row_sum(row):
-    """Sum of a row in double precision."""
-    total = 0.0
-    for k in range(row.size):
-        total += np.float64(row[k])
-    return total
-
-
 @njit(cache=True, nogil=True)
-def over_first(first, pieces, step, field, weights, wraps, out, sums):
-    """Strips of all rows of the first axis: the stencil along it; ``sums``: values before."""
+def over_first(first, pieces, step, field, weights, wraps, out):
+    """Strips of all rows of the first axis: the stencil along it."""
     _, nx, nm, nc = field.shape
     width = weights.size - 1
     strips = -(-nc // CHUNK)
@@ -57,7 +48,6 @@ def over_first(first, pieces, step, field, weights, wraps, out, sums):
             row = field[p, i, m, column:stop]
             used |= any_value(row)
             strip[i + width, : stop - column] = row
-            sums[piece] += row_sum(row)
         if not used:
             for i in range(nx):
                 out[p, i, m, column:stop] = 0
@@ -74,8 +64,8 @@ def over_first(first, pieces, step, field, weights, wraps, out, sums):
 
 
 @njit(cache=True, nogil=True)
-def over_others(first, pieces, step, field, weights, periodic, sums):
-    """Planes across the first axis: the stencil along the others; ``sums``: of the values after."""
+def over_others(first, pieces, step, field, weights, periodic):
+    """Planes across the first axis: the stencil along the others."""
     _, nx, nm, nc = field.shape
     width = weights.size - 1
     deep = width if nm > 1 else 0
@@ -110,4 +100,3 @@ def over_others(first, pieces, step, field, weights, periodic, sums):
                 line[k] = middle[before] if before >= 0 else 0
                 line[width + nc + k] = middle[after] if after >= 0 else 0
             blend(line, width, 1, weights, field[p, i, m])
-            sums[piece] += row_sum(field[p, i, m])

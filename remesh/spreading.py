@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from math import comb
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,13 +17,7 @@ from remesh.threads import share, thread_count
 
 Array = NDArray[np.floating[Any]]
 REACHES = {2: 0.4, 4: 0.6, 8: 1.3, 12: 2.0}  # half widths; nu t [spacings^2] they are good for
-
-
-class SpreadNodes(NamedTuple):
-    """Values after they spread, and the strength [Q] that left through unbounded edges."""
-
-    field: Array
-    lost: Array
+NARROWEST = 4  # half width of a stencil on a uniform mesh, at least
 
 
 def spread_nodes(
@@ -33,16 +27,16 @@ def spread_nodes(
     *,
     out: Array | None = None,
     threads: int | None = None,
-) -> SpreadNodes:
+) -> Array:
     """Values after the heat equation's time t, ``diffused`` = nu t [L^2].
 
     ``field`` has ``grid.shape`` or ``(c, *grid.shape)`` [Q/L^ndim]; ``out`` may be the field. Along
     each axis the stencil of half width w with the moments 0 to 2w + 1 of the heat kernel: of order
-    2w (4 up to nu t = 0.4 spacings^2, 8 up to 0.6, 16 up to 1.3, 24 up to 2.0; more takes equal
-    substeps), one step without error in time, no wave grows. Beyond an unbounded edge the field is
-    zero; ``lost`` ``()`` or ``(c,)`` is what goes there: sum(field) h^ndim = before - lost. Keeps
-    sums and first moments of what stays inside. Two passes over the memory per substep; same bits
-    for any number of threads. Refuses wrong shapes, ``diffused`` negative or not finite.
+    2w (8 up to nu t = 0.6 spacings^2, 16 up to 1.3, 24 up to 2.0; more takes equal substeps), one
+    step without error in time, no wave grows. Keeps the sum and the first moments, but what spreads
+    beyond unbounded edges is cut. Two passes over the memory per substep; same bits for any number
+    of threads. Refuses wrong shapes, an ``out`` that overlaps the field, and ``diffused`` that is
+    negative or not finite.
     """
     from remesh import _spreading
     from remesh._rows import CHUNK
@@ -67,24 +61,19 @@ def spread_nodes(
     if np.may_share_memory(source, target) and source.ctypes.data != target.ctypes.data:
         raise InputError("out overlaps the field", hint="the field itself, or another array")
     parts, nx, nm, nc = source.shape
-    lost = np.zeros(parts)
     if diffused == 0:
         np.copyto(target, source)
-        return SpreadNodes(result, lost.reshape(values.shape[: -grid.ndim]))
+        return result
     reach, steps = plan(diffused / grid.spacing**2, max(REACHES))
+    reach = max(reach, NARROWEST)
     weights = stencil(diffused / steps / grid.spacing**2, reach).astype(dtype)
     strips = parts * nm * -(-nc // CHUNK)
     periodic, count = wraps(grid), thread_count(threads)
     for _ in range(steps):
-        before, after = np.zeros(strips), np.zeros(parts * nx)
-        share(_spreading.over_first, strips, count, source, weights, periodic[0], target, before)
-        share(_spreading.over_others, parts * nx, count, target, weights, periodic, after)
-        lost += before.reshape(parts, -1).sum(axis=1) - after.reshape(parts, -1).sum(axis=1)
+        share(_spreading.over_first, strips, count, source, weights, periodic[0], target)
+        share(_spreading.over_others, parts * nx, count, target, weights, periodic)
         source = target
-    if all(grid.periodic):
-        lost[:] = 0
-    lost *= grid.cell_volume
-    return SpreadNodes(result, lost.reshape(values.shape[: -grid.ndim]))
+    return result
 
 
 @lru_cache(maxsize=64)
