@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from remesh.stencils import divergence as divergence
     from remesh.stencils import gradient as gradient
     from remesh.stencils import laplacian as laplacian
-    from remesh.stretching import divergence_norms as divergence_norms
     from remesh.stretching import stretched as stretched
     from remesh.transfer import m2p as m2p
     from remesh.transfer import p2m as p2m
@@ -59,7 +58,6 @@ __all__ = [
     "curl",
     "distortion",
     "divergence",
-    "divergence_norms",
     "gradient",
     "laplacian",
     "m2p",
@@ -102,7 +100,6 @@ _HOME = {
     "divergence": "remesh.stencils",
     "gradient": "remesh.stencils",
     "laplacian": "remesh.stencils",
-    "divergence_norms": "remesh.stretching",
     "spread_nodes": "remesh.spreading",
     "stretched": "remesh.stretching",
     "m2p": "remesh.transfer",

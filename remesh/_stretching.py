@@ -1,4 +1,4 @@
-"""Compiled loops of central differences of order 6 on vector fields in space, few nodes at a time.
+"""Compiled loop of vortex stretching with differences of order 6, a few nodes at a time.
 
 Rows are read at their neighbours along the first two axes; along the last one from copies with
 three nodes more on each side.
@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from remesh import _lanes, _rows
-from remesh._lanes import load, none, plus, product, store
+from remesh._lanes import load, plus, product, store
 from remesh._rows import row_of
 from remesh.compiled import drop_stale
 
@@ -136,47 +136,3 @@ def stretch(
                 store(one, result[0], own + k)
                 store(two, result[1], own + k)
                 store(three, result[2], own + k)
-
-
-@njit(cache=True, nogil=True, fastmath={"contract"})
-def squares(first, pieces, step, rows, field, weights, periodic, lanes, sums):
-    """Per piece: sums of (div w)^2 and of |grad w|^2, and the number of nodes they are over."""
-    _, nx, nm, nc = field.shape
-    flat = field.reshape(3, nx * nm * nc)
-    places = np.empty(4 * REACH, np.int64)
-    factors = np.empty(4 * REACH, field.dtype)
-    line = np.empty(nc + 2 * REACH, field.dtype)
-    found = np.empty((3, nc), field.dtype)
-    total = np.empty(nc, field.dtype)
-    slopes = np.empty(nc, field.dtype)
-    begin = 0 if periodic[2] else REACH
-    for piece in range(first, pieces, step):
-        for row in range(piece * rows, min((piece + 1) * rows, nx * nm)):
-            own = row * nc
-            neighbours(row // nm, row % nm, (nx, nm, nc), periodic, False, weights, places, factors)
-            if places.min() < 0:
-                continue
-            total[:] = 0
-            slopes[:] = 0
-            for c in range(3):
-                pad(flat[c, own : own + nc], periodic[2], False, line)
-                for block in range(0, nc, len(lanes)):
-                    k = min(block, nc - len(lanes))
-                    x = none(line, lanes)
-                    y = none(line, lanes)
-                    z = none(line, lanes)
-                    for e in range(2 * REACH):
-                        place = k + REACH + (e // 2 + 1) * (1 - 2 * (e % 2))
-                        x = plus(x, load(flat[c], places[e] + k, lanes), factors[e])
-                        y = plus(y, load(flat[c], places[e + 2 * REACH] + k, lanes), factors[e])
-                        z = plus(z, load(line, place, lanes), factors[e])
-                    store(x, found[0], k)
-                    store(y, found[1], k)
-                    store(z, found[2], k)
-                for k in range(nc):
-                    slopes[k] += found[0, k] ** 2 + found[1, k] ** 2 + found[2, k] ** 2
-                    total[k] += found[c, k]
-            for k in range(begin, nc - begin):
-                sums[piece, 0] += np.float64(total[k]) ** 2
-                sums[piece, 1] += np.float64(slopes[k])
-                sums[piece, 2] += 1

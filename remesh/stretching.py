@@ -1,9 +1,8 @@
-"""Vortex stretching of strengths on nodes, and how free of divergence a vector field is."""
+"""Vortex stretching of strengths on nodes: deformed with the lattice of their particles."""
 
 from __future__ import annotations
 
-import math
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,18 +16,6 @@ from remesh.threads import share, thread_count
 Array = NDArray[np.floating[Any]]
 Form = Literal["conservative", "classical"]
 FORMS = ("conservative", "classical")
-
-
-class DivergenceNorms(NamedTuple):
-    """Root mean squares over the nodes: of div w, and of |grad w|, the root of all slopes^2."""
-
-    divergence: float
-    gradient: float
-
-    @property
-    def ratio(self) -> float:
-        """The first over the second, zero for a field without slopes."""
-        return self.divergence / self.gradient if self.gradient > 0 else 0.0
 
 
 def stretched(
@@ -68,31 +55,6 @@ def stretched(
         wraps(grid), form == "conservative", _lanes(grid), low, high, result,
     )  # fmt: skip
     return result
-
-
-def divergence_norms(field: Array, grid: Grid, *, threads: int | None = None) -> DivergenceNorms:
-    """How large div w is, and the gradient of w to compare it with, of ``(3, *grid.shape)``.
-
-    Root mean squares [Q/L] of central differences of order 6 over the nodes whose stencils lie
-    inside the mesh; all of them where an axis is periodic. One pass, no array of the grid's size.
-    Same numbers for any number of threads. Refuses the plane and unbounded axes below 7 nodes.
-    """
-    from remesh import _stretching
-
-    values = _vectors(field, grid, "field")
-    for axis, (size, periodic) in enumerate(zip(grid.shape, grid.periodic, strict=True)):
-        if not periodic and size < 7:
-            raise InputError(
-                f"differences of order 6 read 7 nodes, axis {axis} has {size}", hint="a longer axis"
-            )
-    rows, pieces = split(values.shape[1] * values.shape[2])
-    sums = np.zeros((pieces, 3))
-    share(
-        _stretching.squares, pieces, thread_count(threads), rows, values,
-        _slopes(grid, values.dtype), wraps(grid), _lanes(grid), sums,
-    )  # fmt: skip
-    across, slopes, nodes = (float(total) for total in sums.sum(axis=0))
-    return DivergenceNorms(math.sqrt(across / nodes), math.sqrt(slopes / nodes))
 
 
 def _slopes(grid: Grid, dtype: np.dtype[Any]) -> Array:

@@ -1,4 +1,4 @@
-"""Laws of vortex stretching on nodes, and of what divergence a field has."""
+"""Laws of vortex stretching on nodes."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.stencils import derivative
-from remesh.stretching import divergence_norms, stretched
+from remesh.stretching import stretched
 
 FORMS = ("conservative", "classical")
 GRIDS = [
@@ -96,23 +96,6 @@ def test_any_thread_count_gives_the_same_bits(form):
     w, d = np.random.default_rng(2).normal(size=(2, 3, *grid.shape))
     one, two = (stretched(w, d, grid, form, threads=n) for n in (1, 2))
     assert np.array_equal(one, two)
-    assert divergence_norms(w, grid, threads=1) == divergence_norms(w, grid, threads=2)
-
-
-@pytest.mark.parametrize("dtype", [np.float64, np.float32])
-@pytest.mark.parametrize("grid", GRIDS)
-def test_divergence_norms_equal_their_numpy_text(grid, dtype):
-    w = np.random.default_rng(3).normal(size=(3, *grid.shape))
-    slopes = np.array([[derivative(w[i], grid, j, order=6) for j in range(3)] for i in range(3)])
-    inside = inner(grid, 3) > 0
-    across = np.sqrt((np.einsum("iixyz->xyz", slopes)[inside] ** 2).mean())
-    found = divergence_norms(w.astype(dtype), grid)
-    rate = 1e-12 if dtype is np.float64 else 1e-5
-    assert found.divergence == pytest.approx(across, rel=rate)
-    assert found.gradient == pytest.approx(
-        np.sqrt((slopes**2).sum((0, 1))[inside].mean()), rel=rate
-    )
-    assert found.ratio == found.divergence / found.gradient
 
 
 def test_what_has_no_meaning_is_refused():
@@ -128,5 +111,3 @@ def test_what_has_no_meaning_is_refused():
         stretched(w, w, grid, out=w)
     with pytest.raises(InputError, match="contiguous"):
         stretched(w, w, grid, out=np.zeros((3, 4, 4, 4)))
-    with pytest.raises(InputError, match="axis 2 has 5"):
-        divergence_norms(np.zeros((3, 8, 8, 5)), Grid((8, 8, 5), 0.1))
