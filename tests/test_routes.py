@@ -8,11 +8,12 @@ from functools import cache
 import numpy as np
 import pytest
 
-from levelset.shapes import Disk
+from levelset.shapes import Disk, Sphere
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.motion import Prescribed
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.state import State
+from remesh.errors import InputError
 from remesh.grid import Grid
 
 H = 1 / 16
@@ -124,3 +125,12 @@ def test_a_body_with_a_hole_tells_no_surface_force():
     told = holed.routes(state, holed.step(state, 0.01))
     assert math.isnan(told["body0_surface_force_x"])
     assert math.isfinite(told["body0_flux_force_x"])
+
+
+def test_routes_in_space_are_refused_before_the_first_step():
+    flow = VortexFlow(
+        grid=Grid((24, 24, 24), 1 / 10, (-1.15, -1.15, -1.15)), viscosity=0.01,
+        bodies=[RigidBody(Sphere(radius=0.5))],
+    )  # fmt: skip
+    with pytest.raises(InputError, match="laws of the plane, the flow is in space"):
+        _ = flow.route_names

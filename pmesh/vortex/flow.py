@@ -21,10 +21,9 @@ from pmesh.vortex.engine import Engine
 from pmesh.vortex.limits import body_limits, ratio
 from pmesh.vortex.loads import load_columns
 from pmesh.vortex.recipe import validate
-from pmesh.vortex.routes import route_names, routes
+from pmesh.vortex.routes import check_routes, route_names, routes
 from pmesh.vortex.state import FlowState, State
 from pmesh.vortex.window import Window
-from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel
 from remesh.limit import Limit, check_step, tightest
@@ -161,18 +160,15 @@ class VortexFlow:
     def routes(self, before: State, after: State) -> Mapping[str, float]:
         """Forces and torques over the step between two states by two more routes: see `routes`.
 
-        Refuses adaptive meshes.
+        Refuses flows in space and adaptive meshes.
         """
-        if isinstance(self.grid, AdaptiveMesh):
-            raise InputError(
-                "control volumes and traction need a uniform grid, the mesh is adaptive",
-                hint="pmesh.Forces() without routes, or a Grid",
-            )
+        check_routes(self)
         return routes(self, before, after)
 
     @property
     def route_names(self) -> list[str]:
-        """The columns of ``routes``."""
+        """The columns of ``routes``, refused where those are."""
+        check_routes(self)
         return route_names(len(self.bodies))
 
     def mask(self, grid: Grid, poses: tuple[Pose, ...]) -> Mask:

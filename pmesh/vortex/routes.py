@@ -16,7 +16,9 @@ from pmesh.bodies.traction import has_room, traction
 from pmesh.vortex.constraint import window_on
 from pmesh.vortex.loads import inertia_force, spin_gained
 from pmesh.vortex.state import State
+from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.multires.mesh import AdaptiveMesh
 
 if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow
@@ -63,6 +65,20 @@ def routes(flow: VortexFlow, before: State, after: State) -> Columns:
             float(np.hypot(*(a - b))) for i, a in enumerate(loads) for b in loads[:i]
         )
     return columns
+
+
+def check_routes(flow: VortexFlow) -> None:
+    """Refuse flows whose routes are not known: in space, and on adaptive meshes."""
+    if flow.lattice.ndim == 3:
+        raise InputError(
+            "control volumes and traction are laws of the plane, the flow is in space",
+            hint="pmesh.Forces() without routes: it has two of them",
+        )
+    if isinstance(flow.grid, AdaptiveMesh):
+        raise InputError(
+            "control volumes and traction need a uniform grid, the mesh is adaptive",
+            hint="pmesh.Forces() without routes, or a Grid",
+        )
 
 
 def route_names(bodies: int) -> list[str]:
