@@ -171,7 +171,7 @@ def test_both_precisions_hold_the_same_body(dtype):
     np.testing.assert_allclose(done.impulse, held(tolerance=1e-5)[1].impulse, atol=2e-3)
 
 
-@pytest.mark.parametrize("name", ["strength", "width", "tolerance", "iterations"])
+@pytest.mark.parametrize("name", ["strength", "width", "tolerance", "iterations", "thinnest"])
 @pytest.mark.parametrize("value", [0, -1, np.nan, np.inf])
 def test_a_penalisation_that_cannot_hold_is_refused(name, value):
     with pytest.raises(InputError, match=f"penalisation {name} must be a"):

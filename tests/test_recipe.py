@@ -9,6 +9,7 @@ import pytest
 
 from levelset.shapes import Box, Disk, Ellipse
 from pmesh.bodies.body import RigidBody
+from pmesh.bodies.penalise import Penalisation
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.recipe import checked_vorticity
 from pmesh.vortex.window import Window
@@ -155,6 +156,17 @@ def test_how_thick_a_body_is_does_not_depend_on_where_nodes_lie(shift):
     thin = RigidBody(Ellipse(axes=(1.0, 0.245), center=(0.3 * h, shift * h)))
     with pytest.raises(InputError, match=r"is 7\.8\d spacings thick"):
         VortexFlow(grid=grid, viscosity=0.01, bodies=[thin])
+
+
+def test_a_thinner_body_is_taken_where_the_penalisation_says_so():
+    grid, thin = Grid((64, 64), 1 / 16, (-2.0, -2.0)), RigidBody(Ellipse(axes=(1.0, 0.16)))
+    for thinnest in (8.0, 5.3):
+        with pytest.raises(InputError, match=f"5.12 spacings thick, needs {thinnest:g}"):
+            VortexFlow(grid=grid, viscosity=0.01, bodies=[thin],
+                       penalisation=Penalisation(thinnest=thinnest))  # fmt: skip
+    VortexFlow(grid=grid, viscosity=0.01, bodies=[thin], penalisation=Penalisation(thinnest=5.0))
+    with pytest.raises(InputError, match="thinnest must be a number from 3"):
+        Penalisation(thinnest=2.0)
 
 
 def test_bodies_that_begin_inside_each_other_are_refused():

@@ -36,6 +36,7 @@ RANGES = {  # outside of these the wall is not where its offset says
     "width": (0.5, 8.0),
     "tolerance": (1e-12, 0.1),
     "iterations": (1, 1_000_000),
+    "thinnest": (3.0, 1e3),
 }
 
 
@@ -48,7 +49,9 @@ class Penalisation:
     ``tolerance``: slip residual, root mean square over the body relative to the reference speed.
     ``sharp``: the indicator is the square of its ramp, and no fluid passes beside the wall; with
     width 2.5 and strength 1e4 the drag then converges with almost second order, at two to three
-    times the iterations. Not for bodies thinner than about 16 spacings.
+    times the iterations. Not for bodies thinner than about 16 spacings. ``thinnest``: spacings
+    between the walls of a body at its thickest place, below which it is refused; a coarse mesh sees
+    a swimmer in space, which is taller than wide, with 4 too, but not well what it sheds.
     """
 
     strength: float = 1000.0
@@ -56,6 +59,7 @@ class Penalisation:
     tolerance: float = 1e-5
     iterations: int = 500
     sharp: bool = False
+    thinnest: float = 8.0
 
     def __post_init__(self) -> None:
         """Refuse values that cannot hold a body."""

@@ -22,7 +22,7 @@ from pmesh.cases.swimming import (
     draw_wake,
     draw_ways,
 )
-from pmesh.cases.track import Track, deformation_drift, disagreement, efficiency, imbalance
+from pmesh.cases.track import Track, disagreement, efficiency
 from pmesh.run.summary import Metric
 
 if TYPE_CHECKING:
@@ -104,19 +104,13 @@ class SwimmerCase(Swimming):
         """Speed beside the published one, what swimming costs, momenta, the slip."""
         track = Track.read(outcome.series)
         body = outcome.flow.bodies[0]
-        found = [
+        free = self.tether == "free"
+        return [
             *self._swimming(track, body.measure.volume),
-            *self._deformation(outcome, track),
+            *(self.deformation_metrics(outcome, track) if free else []),
             *self._balance(outcome, track),
+            *self.slip_metrics(outcome, track),
         ]
-        residual = float(np.nanmax(outcome.series["slip_residual"][1:]))
-        found.append(
-            Metric("slip residual, largest", residual, 0.0, self.tolerance, kind="absolute")
-        )
-        settled = track.within(*self.counted)
-        slip = float(np.max(outcome.series["slip"][settled]))
-        found.append(Metric("slip, rms, in L/T", slip, kind="report"))
-        return found
 
     def _swimming(self, track: Track, mass: float) -> list[Metric]:
         """Speed, lateral velocity, power and efficiency over the counted periods."""
@@ -150,33 +144,12 @@ class SwimmerCase(Swimming):
         kind: Literal["relative", "report"] = "relative" if self.nodes >= FINE else "report"
         return Metric(name, speed, PUBLISHED, 0.1, "C", KERN, kind)
 
-    def _deformation(self, outcome: Outcome, track: Track) -> list[Metric]:
-        """Momentum of the deformation on the mesh, largest over the counted periods."""
-        if self.tether != "free":
-            return []
-        first, last = self.counted
-        rows = [track.row(time) for time in np.linspace(first, last, 9)]
-        drifts = [
-            deformation_drift(outcome.flow, outcome.state.grid, (track.pose(row),))[0]
-            for row in rows
-        ]
-        linear, angular = (max(values) for values in zip(*drifts, strict=True))
-        return [
-            Metric("deformation's momentum on the mesh", linear, 0.0, 1e-12, kind="absolute"),
-            Metric("and angular momentum", angular, 0.0, 1e-12, kind="absolute"),
-        ]
-
     def _balance(self, outcome: Outcome, track: Track) -> list[Metric]:
         """Momentum that body and fluid gained together over the last period."""
         if self.tether != "free" or self.until < 1.0:
             return []
         last = self.until - 1.0, self.until
-        found = []
-        if self.wake is None:
-            impulse = np.stack([outcome.series[f"impulse_{axis}"] for axis in "xy"], axis=1)
-            part = imbalance(track, impulse, *last)
-            name = "momentum of body and fluid, change over a period"
-            found.append(Metric(name, part, 0.0, 0.01, kind="absolute"))
+        found = self.balance_metrics(outcome, track, 0.01)
         passed = np.stack([outcome.series[f"body0_flux_force_{axis}"] for axis in "xy"], axis=1)
         apart = disagreement(track, passed, *last)
         if apart is not None:

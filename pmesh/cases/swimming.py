@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from pmesh.cases.case import Case, Outcome
 from pmesh.cases.options import option
 from pmesh.cases.style import OTHERS, OURS
-from pmesh.cases.track import Track
+from pmesh.cases.track import Track, deformation_drift, imbalance
 from pmesh.cases.wake import Window as Part
 from pmesh.cases.wake import colour_limit, draw_vorticity, frame, plane, window
+from pmesh.run.summary import Metric
 from remesh.grid import Grid
 
 if TYPE_CHECKING:
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import SubFigure
 
     from pmesh.bodies.body import Body
+    from pmesh.bodies.penalise import Penalisation
     from pmesh.bodies.swimmer import Swimmer
     from pmesh.run.snapshots import Snapshot
     from pmesh.vortex.flow import VortexFlow
@@ -63,10 +65,13 @@ class Swimming(Case):
     wake: float | None = option(None, "wake that is kept; all of it if not given", unit="L")
     every: float = option(0.25, "time between snapshots", unit="T")
 
+    fewest: ClassVar[int] = FEWEST  # nodes per length
+    room: ClassVar[float] = ROOM  # [L] of mesh around the bodies at the start
+
     def __post_init__(self) -> None:
         """Refuse bodies of too few nodes, and a window that holds no wake."""
         super().__post_init__()
-        self.require(self.nodes >= FEWEST, "nodes", f"at least {FEWEST} per length")
+        self.require(self.nodes >= self.fewest, "nodes", f"at least {self.fewest} per length")
         self.positive("viscosity", "deformation", "strength", "width", "tolerance", "every")
         enough = self.wake is None or self.wake > FADE + 0.5
         self.require(enough, "wake", f"more than {FADE + 0.5:g} lengths", "--wake 3")
@@ -93,27 +98,66 @@ class Swimming(Case):
         }[self.gait]
         return make(start=RAMP, **more)
 
-    def flow(self, bodies: tuple[Swimmer, ...]) -> VortexFlow:
+    def flow(self, bodies: tuple[Swimmer, ...], **more: Any) -> VortexFlow:
         """The flow on a mesh just larger than the bodies; it grows with the wake."""
-        from pmesh.bodies.penalise import Penalisation
         from pmesh.vortex.flow import VortexFlow
 
-        usual = Penalisation()
-        held = Penalisation(
-            strength=self.strength or usual.strength,
-            width=self.width or usual.width,
-            tolerance=self.tolerance,
-        )
         return VortexFlow(
-            grid=start_grid(bodies, self.spacing),
+            grid=start_grid(bodies, self.spacing, self.room),
             viscosity=self.viscosity,
             bodies=bodies,
             deformation=self.deformation,
             kernel=self.kernel,
             domain="follow",
             window=self.window(bodies),
-            penalisation=held,
+            penalisation=self.held(),
+            **more,
         )
+
+    def held(self, **more: Any) -> Penalisation:
+        """How the fluid is held to the bodies."""
+        from pmesh.bodies.penalise import Penalisation
+
+        usual = Penalisation()
+        return Penalisation(
+            strength=self.strength or usual.strength,
+            width=self.width or usual.width,
+            tolerance=self.tolerance,
+            **more,
+        )
+
+    def deformation_metrics(self, outcome: Outcome, track: Track) -> list[Metric]:
+        """Momentum of the deformation on the mesh, largest over the counted periods."""
+        first, last = self.counted
+        rows = [track.row(time) for time in np.linspace(first, last, 9)]
+        drifts = [
+            deformation_drift(outcome.flow, outcome.state.grid, (track.pose(row),))[0]
+            for row in rows
+        ]
+        linear, angular = (max(values) for values in zip(*drifts, strict=True))
+        return [
+            Metric("deformation's momentum on the mesh", linear, 0.0, 1e-12, kind="absolute"),
+            Metric("and angular momentum", angular, 0.0, 1e-12, kind="absolute"),
+        ]
+
+    def balance_metrics(self, outcome: Outcome, track: Track, allowed: float) -> list[Metric]:
+        """Momentum that body and fluid gained together over the last period, all wake kept."""
+        if self.wake is not None or self.until < 1.0:
+            return []
+        axes = "xyz"[: track.place.shape[1]]
+        impulse = np.stack([outcome.series[f"impulse_{axis}"] for axis in axes], axis=1)
+        part = imbalance(track, impulse, self.until - 1.0, self.until)
+        name = "momentum of body and fluid, change over a period"
+        return [Metric(name, part, 0.0, allowed, kind="absolute")]
+
+    def slip_metrics(self, outcome: Outcome, track: Track) -> list[Metric]:
+        """How well the bodies hold the fluid."""
+        residual = float(np.nanmax(outcome.series["slip_residual"][1:]))
+        slip = float(np.max(outcome.series["slip"][track.within(*self.counted)]))
+        return [
+            Metric("slip residual, largest", residual, 0.0, self.tolerance, kind="absolute"),
+            Metric("slip, rms, in L/T", slip, kind="report"),
+        ]
 
     def window(self, bodies: Sequence[Swimmer]) -> Window | None:
         """The part of space that is kept, if the wake may leave. Its momentum is nearly none."""
@@ -135,23 +179,23 @@ class Swimming(Case):
         )
 
 
-def start_grid(bodies: Sequence[Body], spacing: float) -> Grid:
-    """A mesh just larger than the bodies, with a node at the origin."""
+def start_grid(bodies: Sequence[Body], spacing: float, room: float = ROOM) -> Grid:
+    """A mesh just larger than the bodies, with a node at the origin; ``room`` [L] around them."""
     corners = [body.bounds(body.start()) for body in bodies]
-    low = np.min([lower for lower, _ in corners], axis=0) - ROOM
-    high = np.max([upper for _, upper in corners], axis=0) + ROOM
+    low = np.min([lower for lower, _ in corners], axis=0) - room
+    high = np.max([upper for _, upper in corners], axis=0) + room
     first = 8 * np.floor(low / (8 * spacing)).astype(int)
     last = 8 * np.ceil(high / (8 * spacing)).astype(int)
     shape = -(-(last - first) // 16) * 16
-    return Grid((int(shape[0]), int(shape[1])), spacing, tuple(float(x) for x in first * spacing))
+    return Grid([int(n) for n in shape], spacing, [float(x) for x in first * spacing])
 
 
 def draw_ways(panel: Axes, tracks: Sequence[Track]) -> None:
-    """The ways of the centres of mass, from a ring at the start."""
+    """The ways of the centres of mass, seen along z, from a ring at the start."""
     for number, track in enumerate(tracks):
         colour = (OURS, *OTHERS)[number % 4]
-        panel.plot(*track.place.T, color=colour)
-        panel.plot(*track.place[0], "o", color=colour, mfc="white")
+        panel.plot(*track.place[:, :2].T, color=colour)
+        panel.plot(*track.place[0, :2], "o", color=colour, mfc="white")
     panel.set(xlabel="$x / L$", ylabel="$y / L$", title="way of the centre of mass")
     panel.set_aspect("equal", adjustable="datalim")
     panel.locator_params(axis="x", nbins=5)

@@ -29,17 +29,21 @@ class Drift(NamedTuple):
 
 
 class Track(NamedTuple):
-    """Where one body was at the end of each step, and what it did during the step."""
+    """Where one body was at the end of each step, and what it did during the step.
+
+    In the plane d = 2, and angles, spins and torques are numbers; in space d = 3, and they are
+    vectors (n, 3): the angle a rotation vector.
+    """
 
     time: Values  # (n,) [T]
     dt: Values  # (n,) of the step that ended; 0 at the start
-    place: Values  # (n, 2) of the centre of mass [L]
+    place: Values  # (n, d) of the centre of mass [L]
     angle: Values  # (n,) [rad]
-    velocity: Values  # (n, 2) [L/T]
+    velocity: Values  # (n, d) [L/T]
     spin: Values  # (n,) [rad/T]
-    force: Values  # (n, 2) of the fluid on the body, mean over the step [L^3/T^2]
-    torque: Values  # (n,) [L^4/T^2]
-    power: Values  # (n,) that the body gives to the fluid [L^4/T^3]
+    force: Values  # (n, d) of the fluid on the body, mean over the step [L^(d+1)/T^2]
+    torque: Values  # (n,) [L^(d+2)/T^2]
+    power: Values  # (n,) that the body gives to the fluid [L^(d+2)/T^3]
 
     @classmethod
     def read(cls, series: Mapping[str, NDArray[Any]], body: int = 0, prefix: str = "") -> Self:
@@ -49,20 +53,22 @@ class Track(NamedTuple):
             raise InputError(
                 f"the run has no columns of a moving {name}", hint="watch=[pmesh.Forces()]"
             )
-        x, y, angle, u, v, spin = (np.asarray(series[f"{name}_{part}"]) for part in PLACES)
-        loads = [series[f"{name}_{part}"] for part in ("force_x", "force_y", "torque", "power")]
-        along, across, torque, power = (np.nan_to_num(np.asarray(load)) for load in loads)
-        time = np.asarray(series["time"], np.float64)
+        ndim = 3 if f"{name}_z" in series else 2
+        axes, turns = "xyz"[:ndim], [""] if ndim == 2 else [f"_{axis}" for axis in "xyz"]
+        moved = _columns(series, [f"{name}_{part}" for part in PLACES[ndim]])
+        loads = [f"force_{axis}" for axis in axes] + [f"torque{axis}" for axis in turns]
+        told = np.nan_to_num(_columns(series, [f"{name}_{part}" for part in [*loads, "power"]]))
+        half, time = len(PLACES[ndim]) // 2, np.asarray(series["time"], np.float64)
         return cls(
             time,
             np.diff(time, prepend=time[0]),
-            np.stack([x, y], axis=1),
-            angle,
-            np.stack([u, v], axis=1),
-            spin,
-            np.stack([along, across], axis=1),
-            torque,
-            power,
+            moved[:, :ndim],
+            _alone(moved[:, ndim:half]),
+            moved[:, half : half + ndim],
+            _alone(moved[:, half + ndim :]),
+            told[:, :ndim],
+            _alone(told[:, ndim:-1]),
+            told[:, -1],
         )
 
     def at(self, values: Values, time: float) -> Values:
@@ -85,24 +91,24 @@ class Track(NamedTuple):
     def way(self, first: float, last: float) -> tuple[Values, float]:
         """Direction and speed [L/T] of the mean motion between two times."""
         moved = self.at(self.place, last) - self.at(self.place, first)
-        distance = float(np.hypot(*moved))
-        direction = moved / distance if distance > 0 else np.array([1.0, 0.0])
+        distance = float(np.linalg.norm(moved))
+        direction = moved / distance if distance > 0 else np.eye(len(moved))[0]
         return direction, distance / (last - first)
 
     def lateral(self, first: float, last: float, direction: Values) -> float:
-        """Half of the range of the velocity across a direction [L/T]."""
-        x, y = direction
-        across = self.velocity[self.within(first, last)] @ np.array([-y, x])
+        """Half of the range of the velocity across a direction in the plane of x and y [L/T]."""
+        x, y = direction[:2] / (np.hypot(*direction[:2]) or 1.0)
+        across = self.velocity[self.within(first, last), :2] @ np.array([-y, x])
         return 0.5 * float(np.ptp(across))
 
     def pose(self, row: int) -> Pose:
         """Place and velocities at the end of a step."""
+        center, angle, velocity, spin = (
+            tuple(np.atleast_1d(values[row]).tolist())
+            for values in (self.place, self.angle, self.velocity, self.spin)
+        )
         return Pose(
-            time=float(self.time[row]),
-            center=(float(self.place[row, 0]), float(self.place[row, 1])),
-            angle=(float(self.angle[row]),),
-            velocity=(float(self.velocity[row, 0]), float(self.velocity[row, 1])),
-            spin=(float(self.spin[row]),),
+            time=float(self.time[row]), center=center, angle=angle, velocity=velocity, spin=spin
         )
 
     def row(self, time: float) -> int:
@@ -110,10 +116,19 @@ class Track(NamedTuple):
         return int(np.argmin(np.abs(self.time - time)))
 
 
+def _columns(series: Mapping[str, NDArray[Any]], names: Sequence[str]) -> Values:
+    return np.stack([np.asarray(series[name], np.float64) for name in names], axis=1)
+
+
+def _alone(values: Values) -> Values:
+    """A column (n,) if there is but one."""
+    return values[:, 0] if values.shape[1] == 1 else values
+
+
 def efficiency(mass: float, speed: float, work: float) -> float:
     """Kinetic energy of the mean motion over itself and the work of a period (Kern & Koumoutsakos).
 
-    ``mass`` per unit fluid density [L^2], ``work`` that the body gave to the fluid [L^4/T^2].
+    ``mass`` per unit fluid density [L^d], ``work`` that the body gave to the fluid [L^(d+2)/T^2].
     """
     energy = 0.5 * mass * speed**2
     return energy / (energy + work)
@@ -122,27 +137,27 @@ def efficiency(mass: float, speed: float, work: float) -> float:
 def imbalance(track: Track, impulse: Values, first: float, last: float) -> float:
     """Momentum that body and fluid gained together between two times, of what they exchanged.
 
-    ``impulse`` (n, 2): of all vorticity [L^3/T], the body's place full of fluid; that of a
+    ``impulse`` (n, d): of all vorticity [L^(d+1)/T], the body's place full of fluid; that of a
     neutrally buoyant body whose deformation has no momentum is in it. The exchange is the integral
     of the force's size.
     """
     change = track.at(impulse, last) - track.at(impulse, first)
-    exchanged = float(track.integral(np.hypot(*track.force.T), first, last))
-    return float(np.hypot(*change)) / exchanged
+    exchanged = float(track.integral(np.linalg.norm(track.force, axis=1), first, last))
+    return float(np.linalg.norm(change)) / exchanged
 
 
 def disagreement(track: Track, force: Values, first: float, last: float) -> float | None:
     """How far the body's gain of momentum is from the integral of another force, of the exchange.
 
-    Both over the steps between two times at which the other force (n, 2) is known; None if it
+    Both over the steps between two times at which the other force (n, d) is known; None if it
     never is. The force of a free body is its gain of momentum, by the law that moves it.
     """
     known = track.within(first, last) & np.isfinite(force).all(axis=1)
     if not known.any():
         return None
     steps, own = track.dt[known], track.force[known]
-    apart = np.hypot(*(steps @ (force[known] - own)))
-    return float(apart / (steps @ np.hypot(*own.T)))
+    apart = np.linalg.norm(steps @ (force[known] - own))
+    return float(apart / (steps @ np.linalg.norm(own, axis=1)))
 
 
 def deformation_drift(flow: VortexFlow, grid: Grid, poses: Sequence[Pose]) -> tuple[Drift, ...]:
@@ -155,10 +170,15 @@ def deformation_drift(flow: VortexFlow, grid: Grid, poses: Sequence[Pose]) -> tu
     for number, pose in enumerate(poses):
         weight = np.where(mask.owner == number, mask.chi, 0.0)
         modes = rigid_modes(points, pose)
-        sums = np.sum(weight * np.sum(modes * mask.velocity, axis=1), axis=(1, 2))
-        size = weight * np.hypot(*mask.velocity)
-        arm = np.hypot(*modes[2])
+        sums = np.einsum("ka,a->k", (modes * mask.velocity).sum(axis=1).reshape(len(modes), -1),
+                         weight.ravel())  # fmt: skip
+        size = weight * np.linalg.norm(mask.velocity, axis=0)
+        arm = np.linalg.norm(points - _column(pose.center, grid.ndim), axis=0)
         scales = float(size.sum()) or math.inf, float((size * arm).sum()) or math.inf
-        linear = float(np.hypot(sums[0], sums[1])) / scales[0]
-        drifts.append(Drift(linear, abs(float(sums[2])) / scales[1]))
+        linear, angular = (np.linalg.norm(part) for part in np.split(sums, [grid.ndim]))
+        drifts.append(Drift(float(linear) / scales[0], float(angular) / scales[1]))
     return tuple(drifts)
+
+
+def _column(vector: Sequence[float], ndim: int) -> Values:
+    return np.reshape(vector, (ndim, *(1,) * ndim))

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.floating[Any]]
 
 OVERLAP = 0.5  # spacings by which two bodies may each lie inside the other at the start
-DEEP = 4.0  # spacings from the surface to the middle of a body, at least
+THICK = 8.0  # spacings between the walls of a body, at least
 
 
 def validate(flow: VortexFlow) -> None:
@@ -255,13 +255,14 @@ def _check_room(flow: VortexFlow, grid: Grid) -> None:
     poses = tuple(body.start() for body in flow.bodies)
     box = box_around(flow.bodies, poses, grid, reach)
     points, distances = box.points(), []
+    thinnest = getattr(flow.penalisation, "thinnest", THICK)
     for number, (body, pose) in enumerate(zip(flow.bodies, poses, strict=True)):
         distances.append(body.distance(points, pose))
-        depth = _depth(body, pose, box, distances[-1]) / grid.spacing
-        if depth < DEEP:
+        thick = 2 * _depth(body, pose, box, distances[-1]) / grid.spacing
+        if thick < thinnest:
             raise InputError(
-                f"bodies[{number}] is {max(2 * depth, 0):.2f} spacings thick, needs {2 * DEEP:g}",
-                hint=f"a spacing below {grid.spacing * max(depth, 0.5) / DEEP:.3g}",
+                f"bodies[{number}] is {max(thick, 0):.2f} spacings thick, needs {thinnest:g}",
+                hint=f"a spacing below {grid.spacing * max(thick, 1.0) / thinnest:.3g}",
             )
     _check_apart(distances, grid.spacing)
     if flow.domain != "fixed":
