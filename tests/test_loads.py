@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.special import kv
+from scipy.special import erfcx, kv
 
 from levelset.shapes import Disk, Ellipse, Ellipsoid, Sphere
 from pmesh.bodies.body import RigidBody
@@ -242,3 +242,24 @@ def test_angular_momentum_in_the_plane_counts_the_orbit_too():
     old, new = pose((1.0, 2.0), (0.0, 3.0), 1.0), pose((1.5, 2.0), (0.0, 4.0), 2.0)
     found = inertia_torque([body], [old], [new], 0.5)
     np.testing.assert_allclose(found, [(AREA * (6.0 - 3.0) + AREA / 8) / 0.5])
+
+
+def test_a_spinning_ball_feels_the_torque_of_its_vortex_layer():
+    """-(8 pi nu a^3 W / 3) [3 + a/sqrt(pi nu t) - exp(nu t/a^2) erfc(sqrt(nu t)/a)]."""
+    viscosity, rate, dt, radius = 0.02, 0.2, 0.02, 0.5
+    spin = Prescribed(angle=lambda t: (0.0, rate * t, 0.0), spin=lambda t: (0.0, rate, 0.0))
+    grid = Grid((32,) * 3, 1 / 12, (-15.5 / 12,) * 3)
+    body = RigidBody(Sphere(radius), motion=spin)
+    flow = VortexFlow(
+        grid=grid, viscosity=viscosity, bodies=(body,), domain="follow", threads=1,
+        freestream=(0.0, 0.0, 0.0),
+    )  # fmt: skip
+    state = flow.start()
+    for _ in range(7):
+        state = flow.step(state, dt)
+    when = viscosity * (state.time - 0.5 * dt)
+    layer = 3 + radius / math.sqrt(math.pi * when) - float(erfcx(math.sqrt(when) / radius))
+    exact = -8 * math.pi / 3 * viscosity * radius**3 * rate * layer
+    load = state.loads[0]
+    np.testing.assert_allclose(load.torque, [0.0, exact, 0.0], atol=0.02 * abs(exact))
+    assert load.power == pytest.approx(-rate * load.torque[1], rel=1e-9)

@@ -97,8 +97,10 @@ class Body(Protocol):
 class RigidBody:
     """A solid of a given shape: ``RigidBody(levelset.shapes.Disk(radius=0.5), motion=Fixed())``.
 
-    ``motion``: ``Fixed()``, ``Prescribed(...)`` or ``Free(density=...)``. Refuses anything else,
-    and free bodies in space.
+    ``motion``: ``Fixed()``, ``Prescribed(...)`` or ``Free(density=...)``. A solid from a file:
+    ``RigidBody(levelset.shapes.TriangleMesh.from_file("body.stl").moved((x, y, z)))``, whose closed
+    surface tells distance, volume and inertia exactly. Refuses what is no shape or no motion, and
+    free motions with vectors or locks of another dimension.
     """
 
     shape: Shape
