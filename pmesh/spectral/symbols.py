@@ -119,7 +119,7 @@ def multipliers(
 
     G solves -laplace G = delta. A derivative counts how often each axis is differentiated. Only
     wavenumbers >= 0 are kept: a table is odd along an axis with one derivative, else even. Tables
-    are kept for the next call, 1 GB of them at most.
+    are kept for the next call: those just asked for, and others up to 1 GB in all.
     """
     keys = [(box, greens, derivative, np.dtype(dtype).char) for derivative in derivatives]
     missing = [d for d, key in zip(derivatives, keys, strict=True) if key not in _KEPT]
@@ -134,7 +134,9 @@ def multipliers(
                 table = _tables(box, greens, [derivative], dtype)[derivative]
             _KEPT[key] = table
             tables.append(table)
-        while sum(table.nbytes for table in _KEPT.values()) > _KEPT_BYTES and len(_KEPT) > 1:
+        while sum(table.nbytes for table in _KEPT.values()) > _KEPT_BYTES:
+            if next(iter(_KEPT)) in keys:
+                break
             _KEPT.popitem(last=False)
     return tables
 
@@ -148,21 +150,24 @@ def _tables(
     box: Box, greens: Greens, derivatives: list[Derivative], dtype: DTypeLike
 ) -> dict[Derivative, NDArray[Any]]:
     lattice = greens.kernel == "LGF"
+
+    def kept(table: Array) -> NDArray[Any]:
+        return np.ascontiguousarray(np.broadcast_to(table, box.half).T, dtype=dtype)
+
+    solved = {}
     if all(box.periodic):
         inverse = _inverse_laplacian(box, lattice)
-        solved = {d: inverse * _waves(box, d, range(len(box.shape)), lattice) for d in derivatives}
-    else:
-        sample = _sample_lattice(box) if lattice else _sample_profiles(box, greens)
-        solved = {}
         for d in derivatives:
-            table = sample(d) * _waves(box, d, box.axes(periodic=True), lattice)
-            for axis in box.axes(periodic=False):
-                table = _transform(table, axis, odd=d[axis] == 1) * box.spacing
-            solved[d] = table
-    return {
-        d: np.ascontiguousarray(np.broadcast_to(table, box.half).T, dtype=dtype)
-        for d, table in solved.items()
-    }
+            solved[d] = kept(inverse * _waves(box, d, range(len(box.shape)), lattice))
+        return solved
+    sample = _sample_lattice(box) if lattice else _sample_profiles(box, greens)
+    for d in derivatives:
+        table = sample(d) * _waves(box, d, box.axes(periodic=True), lattice)
+        for axis in box.axes(periodic=False):
+            table = _transform(table, axis, odd=d[axis] == 1)
+            table *= box.spacing
+        solved[d] = kept(table)
+    return solved
 
 
 def _inverse_laplacian(box: Box, lattice: bool) -> Array:
