@@ -219,6 +219,8 @@ class UniformEngine(Engine[State]):
         if self.flow.remeshing == "always" or moved.displacement is None:
             return state
         live = np.abs(moved.strengths) > SIGNIFICANT * np.abs(moved.strengths).max()
+        if state.grid.ndim == 3:
+            live = live.any(axis=0)
         if distortion(moved.displacement, state.grid, where=live) > self.flow.distortion:
             return state
         told = self._told(moved, mesh, vorticity, state.grid)
