@@ -32,6 +32,10 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.cylinder_wake:CylinderWake",
         "long runs past a cylinder: steady wake or vortex street, beside published numbers",
     ),
+    "sphere": Entry(
+        "pmesh.cases.sphere:SphereCase",
+        "a sphere set in motion at once: first drag, steady wake at Re = 100, hairpins at 300",
+    ),
     "airfoil-start": Entry(
         "pmesh.cases.airfoil_start:AirfoilStart",
         "an aerofoil set in motion at once: starting vortex, lift beside Wagner's law",
@@ -47,6 +51,22 @@ CASES: dict[str, Entry] = {
     "perlman": Entry(
         "pmesh.cases.perlman:PerlmanCase",
         "Perlman's patch: velocity and order of accuracy, beside the exact solution",
+    ),
+    "ring": Entry(
+        "pmesh.cases.ring:RingCase",
+        "a thin vortex ring travels one diameter: its speed, and what it keeps",
+    ),
+    "leapfrog": Entry(
+        "pmesh.cases.leapfrog:LeapfrogCase",
+        "two vortex rings pass through each other in turn: period beside thin-ring theory",
+    ),
+    "ring-collision": Entry(
+        "pmesh.cases.ring_collision:RingCollision",
+        "two vortex rings collide head-on, stretch and reconnect, Lim & Nickels (1992)",
+    ),
+    "ring-7500": Entry(
+        "pmesh.cases.ring_waves:RingWaves",
+        "waves grow around a vortex ring at Re = 7500 until it breaks up",
     ),
     "elliptic-vortex": Entry(
         "pmesh.cases.elliptic_vortex:EllipticVortexCase",
@@ -80,9 +100,21 @@ CASES: dict[str, Entry] = {
         "pmesh.cases.swimmer_pair:SwimmerPair",
         "two swimmers in tandem: their speeds and power beside those of one alone",
     ),
+    "taylor-green-3d": Entry(
+        "pmesh.cases.taylor_green_cube:TaylorGreenCubeCase",
+        "Taylor and Green's vortices break down: dissipation beside a spectral method's",
+    ),
+    "hill": Entry(
+        "pmesh.cases.hill:HillCase",
+        "Hill's spherical vortex travels unchanged: speed, shape, what Euler flow keeps",
+    ),
     "strained-ring": Entry(
         "pmesh.cases.strained_ring:StrainedRingCase",
         "a vortex ring in a straining flow: impulse and energy beside its exact linear evolution",
+    ),
+    "swimmer-3d": Entry(
+        "pmesh.cases.swimmer_in_space:SwimmerInSpace",
+        "the swimmer in space: speed beside Kern & Koumoutsakos (2006), vortices it sheds",
     ),
     "dumbbell": Entry(
         "pmesh.cases.dumbbell:DumbbellCase",

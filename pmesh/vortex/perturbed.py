@@ -15,13 +15,13 @@ from pmesh.vortex.domain import SIGNIFICANT
 from pmesh.vortex.engine import largest
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.limits import ratio
-from pmesh.vortex.schemes import Form
 from pmesh.vortex.state import State
 from pmesh.vortex.uniform import UniformEngine
 from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import Kernel
 from remesh.limit import Limit, check_step, tightest
+from remesh.stretching import Form
 
 Array = NDArray[np.floating[Any]]
 Rows = tuple[tuple[float, ...], ...]
