@@ -87,13 +87,20 @@ def test_the_script_to_start_from_runs_and_keeps_its_circulation(tmp_path):
 @pytest.mark.parametrize(
     ("page", "number"),
     [
-        ("docs/start.md", 2),
+        ("docs/start.md", 1),
+        ("docs/start.md", 3),
         ("docs/moving.md", 0),
         ("docs/moving.md", 1),
         ("docs/swimmers.md", 1),
         ("docs/adaptive.md", 0),
         ("docs/adaptive.md", 1),
         ("docs/adaptive.md", 2),
+        ("docs/space.md", 0),
+        ("docs/space.md", 1),
+        ("docs/space.md", 2),
+        ("docs/space.md", 3),
+        ("docs/space.md", 4),
+        ("docs/space.md", 5),
     ],
 )
 def test_the_scripts_of_the_pages_run(page, number, tmp_path):
