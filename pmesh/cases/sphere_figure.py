@@ -28,7 +28,7 @@ def sphere_figure(case: SphereCase, outcome: Outcome) -> Figure:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.6, 6.6), layout="constrained")
-    top, below = figure.subfigures(2, 1, height_ratios=(1.0, 1.05))
+    top, below = figure.subfigures(2, 1, squeeze=False, height_ratios=(1.0, 1.05)).ravel()
     left, right = top.subplots(1, 2)
     _draw_drag(left, case, outcome)
     if case.sheds and case.until > 2:
