@@ -13,7 +13,7 @@ from pmesh.cases.coaxial import half_plane_flux, whole_ring
 from pmesh.cases.options import option
 from pmesh.cases.rings import RingsCase, departures, drift, portraits
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
-from pmesh.run.summary import Metric
+from pmesh.run.summary import Kind, Metric
 from pmesh.vortex.exact.rings import VortexRing
 
 if TYPE_CHECKING:
@@ -72,8 +72,8 @@ class RingCase(RingsCase):
         height, time = series["ring_height"], series["time"]
         speed = (height[-1] - height[0]) / (time[-1] - time[0])
         euler = ("A", "Euler's equations")
-        kept = "absolute" if self.viscosity == 0 else "report"
-        thin = "relative" if self.core <= THIN and self.viscosity == 0 else "report"
+        kept: Kind = "absolute" if self.viscosity == 0 else "report"
+        thin: Kind = "relative" if self.core <= THIN and self.viscosity == 0 else "report"
         allowed = SOLENOIDAL[self.projection == 1]
         return [
             Metric("speed, beside thin rings", speed, exact.speed, SPEED, "A", PAPER, thin),

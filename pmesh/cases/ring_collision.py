@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +44,7 @@ class RingCollision(RingsCase):
     amplitude: float = option(0.01, "of each wave around the rings, of the radius")
     waves: tuple[int, ...] = option((5, 8, 11), "waves around the rings")
     projection: int = option(1, "steps between projections onto solenoidal vorticity, 0: never")
-    dtype: str = option("float32", "precision", choices=("float64", "float32"))
+    dtype: Literal["float64", "float32"] = option("float32", "precision")
     pictures: int = option(12, "snapshots after the start")
 
     title: ClassVar[str] = "Head-on collision of two vortex rings"

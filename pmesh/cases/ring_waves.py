@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,7 @@ class RingWaves(RingsCase):
     nodes: int = option(48, "mesh nodes per radius of the ring")
     amplitude: float = option(5e-4, "of each wave around the ring, of the radius")
     projection: int = option(1, "steps between projections onto solenoidal vorticity, 0: never")
-    dtype: str = option("float32", "precision", choices=("float64", "float32"))
+    dtype: Literal["float64", "float32"] = option("float32", "precision")
     pictures: int = option(12, "snapshots after the start")
 
     title: ClassVar[str] = "Azimuthal instability of a vortex ring"
