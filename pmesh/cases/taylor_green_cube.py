@@ -68,7 +68,7 @@ class TaylorGreenCubeCase(Case):
     until: float = option(10.0, "end of the run", unit="L/U")
     reynolds: float = option(1600.0, "Reynolds number, speed / (wave number * viscosity)")
     nodes: int = option(128, "mesh nodes per period")
-    kernel: str = option("M6'", "remeshing kernel")
+    kernel: str = option("L6,4", "remeshing kernel")
     stretching: Literal["conservative", "classical"] = option("conservative", "form of stretching")
     time_scheme: Literal["RK2", "RK3", "RK4"] = option("RK2", "Runge-Kutta scheme")
     deformation: float = option(0.25, "largest dt * max|grad u|")
@@ -80,7 +80,7 @@ class TaylorGreenCubeCase(Case):
     source: ClassVar[str] = SOURCE
     size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {
-        "reynolds": 100.0, "nodes": 24, "until": 1.2, "every": 0.6,
+        "reynolds": 100.0, "nodes": 24, "until": 1.2, "every": 0.4,
     }  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -204,11 +204,11 @@ class TaylorGreenCubeCase(Case):
         figure = Figure(figsize=(11.0, 7.3), layout="constrained")
         grid = figure.add_gridspec(2, 3, height_ratios=(1.1, 1))
         lit, below = ([figure.add_subplot(grid[row, i]) for i in range(3)] for row in (0, 1))
-        self._portraits(lit, outcome)
+        shown = self._portraits(lit, outcome)
         self._energy(below[0], outcome.series)
         self._dissipation(below[1], outcome.series)
         self._beyond(below[2], outcome.series)
-        name_panels([*lit, *below])
+        name_panels([*lit[:shown], *below])
         figure.suptitle(
             f"Taylor-Green vortices, Re = {self.reynolds:g}: {self.nodes}³ nodes, kernel "
             f"{self.kernel}, {self.stretching} stretching, {self.dtype}",
@@ -216,17 +216,18 @@ class TaylorGreenCubeCase(Case):
         )
         return figure
 
-    def _portraits(self, row: Sequence[Axes], outcome: Outcome) -> None:
-        """Surfaces of Q in the colours of the helicity."""
+    def _portraits(self, row: Sequence[Axes], outcome: Outcome) -> int:
+        """Surfaces of Q in the colours of w_z; how many."""
         from pmesh.cases.vortices import show_isosurface
 
         shots = outcome.stages([part / 9.0 * outcome.state.time for part in STAGES])
         for panel, shot in zip(row, shots, strict=False):
             show_isosurface(panel, shot, "q", colour_by="vorticity_z", label="", view=LOOK,
                             size=(900, 860))  # fmt: skip
-            panel.set_title(f"$Q$, $t$ = {shot.time:.3g}")
+            panel.set_title(f"$Q$ in the colours of $\\omega_z$, $t$ = {shot.time:.3g}")
         for panel in row[len(shots) :]:
             panel.set_axis_off()
+        return len(shots)
 
     def _energy(self, panel: Axes, series: Mapping[str, Any]) -> None:
         """Kinetic energy per unit volume."""
