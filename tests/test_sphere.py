@@ -180,6 +180,7 @@ def test_the_recirculation_ends_where_the_velocity_turns():
         ({"kick": 3.0}, "kick must be at most 1"),
         ({"deformation": 0.0}, "deformation must be positive"),
         ({"dtype": "float16"}, "dtype must be one of"),
+        ({"stretching": "none"}, "stretching must be one of"),
     ],
 )
 def test_parameters_outside_the_case_are_refused(options, text):

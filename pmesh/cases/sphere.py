@@ -72,6 +72,10 @@ class SphereCase(Case):
         None, "impulse of the eddy that starts shedding; 0.1, and 0 at Re < 211", unit="U D^3"
     )
     deformation: float = option(0.25, "largest dt * max|grad u|")
+    stretching: str = option(
+        "classical", "form of the stretching; in a window only the classical one is stable",
+        choices=("classical", "conservative"),
+    )  # fmt: skip
     kernel: str = option("M6'", "remeshing kernel")
     tolerance: float = option(1e-4, "slip residual of the penalisation", unit="U")
     every: float = option(5.0, "time between snapshots", unit="D/U")
@@ -135,6 +139,7 @@ class SphereCase(Case):
             bodies=(RigidBody(Sphere(radius=0.5)),),
             deformation=self.deformation,
             kernel=self.kernel,
+            stretching=self.stretching,  # type: ignore[arg-type]  # one of its choices
             domain="follow",
             penalisation=Penalisation(tolerance=self.tolerance),
             window=Window(
