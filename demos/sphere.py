@@ -12,7 +12,8 @@ import numpy as np
 import levelset
 import pmesh
 import remesh
-from pmesh.cases.sphere import FORCE, stokes_drag
+from pmesh.cases.sphere import FORCE
+from pmesh.cases.sphere_laws import stokes_drag
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, panels, styled
 from pmesh.cases.vortices import show_isosurface
 from pmesh.run.snapshots import read_snapshots
@@ -30,7 +31,8 @@ grid = remesh.Grid((2 * CELLS,) * 3, 1 / CELLS, (0.5 / CELLS - 1,) * 3)  # it gr
 sphere = pmesh.RigidBody(levelset.shapes.Sphere(radius=0.5))
 flow = pmesh.VortexFlow(
     grid=grid, viscosity=1 / REYNOLDS, freestream=(1.0, 0.0, 0.0), bodies=[sphere],
-    domain="follow", dtype="float32", penalisation=pmesh.Penalisation(tolerance=1e-4),
+    domain="follow", dtype="float32", stretching="classical",
+    penalisation=pmesh.Penalisation(tolerance=1e-4),
     window=pmesh.Window(lower=(1.2, 1.2, 1.2), upper=(3, 1.2, 1.2), fade=0.5),
 )  # fmt: skip
 forces = pmesh.Forces()

@@ -8,6 +8,7 @@ import numpy as np
 
 from pmesh.cases.case import Outcome
 from pmesh.cases.slices import show_slice
+from pmesh.cases.sphere_laws import published, stokes_drag
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
 from pmesh.cases.vortices import looked, show_isosurface
 from remesh.errors import InputError
@@ -49,8 +50,6 @@ def sphere_figure(case: SphereCase, outcome: Outcome) -> Figure:
 
 def _draw_drag(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
     """The drag by both routes, beside the first law and the published mean."""
-    from pmesh.cases.sphere import published, stokes_drag
-
     drag = case.drag(outcome)
     early = np.geomspace(0.005, min(1.0, case.until), 100)
     law = stokes_drag(case.reynolds, early, early)
@@ -72,7 +71,7 @@ def _draw_first(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
     """The drag of the start over the exact law, without its steady part."""
     from matplotlib.ticker import NullLocator
 
-    from pmesh.cases.sphere import STEPS, stokes_drag
+    from pmesh.cases.sphere import STEPS
 
     drag = case.drag(outcome)
     shown = (drag.time <= EARLY) & (np.arange(drag.end.size) >= STEPS)
@@ -96,7 +95,7 @@ def _draw_first(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
 
 def _draw_sides(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
     """Side forces over time, and the published mean."""
-    from pmesh.cases.sphere import FORCE, published
+    from pmesh.cases.sphere import FORCE
 
     series = outcome.series
     time = np.asarray(series["time"])[1:] - 0.5 * np.asarray(series["dt"])[1:]
