@@ -191,22 +191,33 @@ def test_the_velocity_of_a_beltrami_flow_is_its_vorticity_over_the_wave_number()
 @pytest.mark.parametrize("viscosity", [0.0, 0.01])
 def test_total_vorticity_and_impulse_are_kept(viscosity):
     """Total vorticity by the conservative form to round-off, impulse to the error in space."""
-    flow = VortexFlow(grid=cube(32, 3.6), viscosity=viscosity, kernel="L6,4", time_scheme="RK3")
+    flow = VortexFlow(grid=cube(32, 3.6), viscosity=viscosity, time_scheme="RK3", domain="fixed")
     start = flow.start(vorticity=a_ring().vorticity)
-    rows, end = [flow.ledger(start)], start
-    for _ in range(8):
-        end = flow.step(end, 0.05)
-        rows.append(flow.ledger(end))
-    before, after = rows[0], rows[-1]
+    end = advance(flow, start, 0.1, 3)
+    before, after = flow.ledger(start), flow.ledger(end)
     total = end.vorticity.sum(axis=(1, 2, 3)) * end.grid.cell_volume
     first = start.vorticity.sum(axis=(1, 2, 3)) * start.grid.cell_volume
     np.testing.assert_allclose(total + end.lost_circulation, first, atol=1e-12)
     for name in ("impulse_x", "impulse_y", "impulse_z"):
-        assert after[name] == pytest.approx(before[name], abs=3e-5 * before["impulse_z"])
+        assert after[name] == pytest.approx(before[name], abs=1e-4 * before["impulse_z"])
     for name in ("angular_impulse_x", "angular_impulse_y", "angular_impulse_z", "helicity"):
         assert abs(after[name]) < 1e-10
+
+
+@pytest.mark.parametrize("viscosity", [0.0, 0.05])
+def test_energy_is_lost_to_viscosity_alone(viscosity):
+    flow = VortexFlow(grid=period(24), viscosity=viscosity, kernel="L8,4", time_scheme="RK3")
+    state = flow.start(vorticity=two_hands)
+    rows = [flow.ledger(state)]
+    for _ in range(6):
+        state = flow.step(state, 0.05)
+        rows.append(flow.ledger(state))
     lost = np.trapezoid([row["dissipation"] for row in rows], dx=0.05)
-    assert after["energy"] - before["energy"] == pytest.approx(-lost, abs=2e-3 * before["energy"])
+    assert rows[-1]["energy"] - rows[0]["energy"] == pytest.approx(
+        -lost, abs=1e-4 * rows[0]["energy"]
+    )
+    if viscosity:
+        assert lost > 0.02 * rows[0]["energy"]
 
 
 def test_projected_vorticity_has_no_divergence():
