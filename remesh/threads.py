@@ -33,14 +33,28 @@ def share(work: Callable[..., Any], pieces: int, threads: int, *arguments: Any) 
 
     Piece k is done by thread k modulo the number of threads; a law that gives each piece its own
     output therefore returns the same bits for any number of threads. ``first`` is the number of
-    the thread, below ``threads``: scratch of its own is told by it.
+    the thread, below ``threads``: scratch of its own is told by it. Numbers too small to be normal
+    (1e-38 in single precision) count as zero.
     """
     step = max(1, min(threads, pieces))
     if step == 1:
-        work(0, pieces, 1, *arguments)
+        _flushed(work, 0, pieces, 1, *arguments)
         return
     pool = _pool(step - 1, os.getpid())
-    others = [pool.submit(work, first, pieces, step, *arguments) for first in range(1, step)]
-    work(0, pieces, step, *arguments)
+    others = [
+        pool.submit(_flushed, work, first, pieces, step, *arguments) for first in range(1, step)
+    ]
+    _flushed(work, 0, pieces, step, *arguments)
     for other in others:
         other.result()
+
+
+def _flushed(work: Callable[..., Any], *arguments: Any) -> None:
+    """Do the work with subnormal numbers as zero, which costs up to a hundred times less."""
+    from remesh import _flags
+
+    word = _flags.flush()
+    try:
+        work(*arguments)
+    finally:
+        _flags.restore(word)
