@@ -4,7 +4,7 @@ Below 1e-38 in single and 1e-308 in double precision numbers are subnormal, and 
 is up to a hundred times slower. The tails of vorticity are full of them.
 """
 
-# mypy: disable-error-code="no-untyped-def, no-untyped-call, misc"
+# mypy: disable-error-code="no-untyped-def, no-untyped-call, misc, import-untyped, call-arg"
 from __future__ import annotations
 
 import platform
@@ -50,7 +50,7 @@ def set_control(typing, word):
 
 @njit("uint32()", cache=True)
 def _flush():
-    word = control()
+    word: int = control()
     set_control(types.uint32(word | FLUSH))
     return word
 
