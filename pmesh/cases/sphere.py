@@ -84,7 +84,8 @@ class SphereCase(Case):
     source: ClassVar[str] = "Basset 1888; Johnson & Patel 1999"
     size: ClassVar[str] = "nodes"
     short: ClassVar[Mapping[str, Any]] = {
-        "nodes": 24, "until": 0.12, "ahead": 1.0, "beside": 1.0, "behind": 1.2, "every": 0.12,
+        "nodes": 22, "until": 0.1, "ahead": 0.9, "beside": 0.9, "behind": 1.2, "fade": 0.3,
+        "every": 0.1,
     }  # fmt: skip
 
     def __post_init__(self) -> None:
