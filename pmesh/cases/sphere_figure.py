@@ -10,7 +10,7 @@ from pmesh.cases.case import Outcome
 from pmesh.cases.slices import show_slice
 from pmesh.cases.sphere_laws import published, stokes_drag
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
-from pmesh.cases.vortices import looked, show_isosurface
+from pmesh.cases.vortices import looked, scalar, show_isosurface
 from remesh.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from pmesh.cases.sphere import SphereCase
+    from pmesh.run.snapshots import Snapshot
 
 EARLY = 0.3  # T up to which the first drag is shown
 VIEW = (-50.0, 20.0)  # of the camera [degrees]
@@ -119,13 +120,22 @@ def _draw_vortices(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
     shot = outcome.snapshots()[-1]
     name, label = ("vorticity_x", r"$\omega_x D/U$") if case.impulse else ("velocity", "speed / U")
     field, told = "lambda2", r"$\lambda_2 D^2/U^2$"
+    levels = None if case.impulse else _ring(shot)
     try:
         looked([shot], field)
     except InputError:  # at first there are layers, and no vortex
         field, told = "vorticity", r"$|\omega| D/U$"
-    look = show_isosurface(panel, shot, field, colour_by=name, view=VIEW,
+    look = show_isosurface(panel, shot, field, levels=levels, colour_by=name, view=VIEW,
                            size=(1300, 850), label=label)  # fmt: skip
     panel.set_title(f"{told} = {look.levels[0]:.3g}, $T$ = {shot.time:.4g}")
+
+
+def _ring(shot: Snapshot) -> tuple[float] | None:
+    """Lambda-2 around the ring behind a sphere in a steady wake; None while there is none."""
+    x, y, z = shot.grid.points()
+    behind = (x > 0.5) & (x**2 + y**2 + z**2 > 0.4) & (y**2 + z**2 < 0.25)
+    lowest = float(scalar(shot, "lambda2")[behind].min())
+    return (float(f"{0.75 * lowest:.2g}"),) if lowest < -0.05 else None
 
 
 def _draw_cut(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
