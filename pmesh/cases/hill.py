@@ -29,7 +29,7 @@ Array = NDArray[np.floating[Any]]
 
 SOURCE = "Hill, Phil. Trans. R. Soc. A 185 (1894) 213"
 HALF = 0.5  # of 15/2 U/a^2: the level of w_theta/r that bounds the vortex
-ROOM = 1.35  # radii from the centre to the mesh's end at the start, at least
+TAIL, ROOM = 5.7, 7.0  # from the sphere to the mesh's end at the start: edges, spacings
 LOOK = (-50.0, 18.0)  # azimuth and elevation [degrees]
 
 
@@ -85,7 +85,7 @@ class HillCase(Case):
     title: ClassVar[str] = "Hill's spherical vortex"
     source: ClassVar[str] = SOURCE
     size: ClassVar[str] = "nodes"
-    short: ClassVar[Mapping[str, Any]] = {"nodes": 10, "until": 0.5}
+    short: ClassVar[Mapping[str, Any]] = {"nodes": 12, "until": 0.25}
 
     def __post_init__(self) -> None:
         """Refuse what cannot be computed."""
@@ -120,7 +120,7 @@ class HillCase(Case):
         """The flow on a box that travels with the vortex."""
         from pmesh.vortex.flow import VortexFlow
 
-        cells = 8 * math.ceil(ROOM * self.nodes / 8)
+        cells = 8 * math.ceil((self.nodes + TAIL * self.edge + ROOM) / 8)
         grid = Grid((2 * cells,) * 3, 1 / self.nodes, (-cells / self.nodes,) * 3)
         return VortexFlow(
             grid=grid,
