@@ -21,5 +21,5 @@ case = LeapfrogCase(**(COARSE if args.quick else FINE), projection=5, dtype="flo
 
 report = run_case("leapfrog", case, args.out, overwrite=True)  # leaves figure.png
 for metric in report.metrics:
-    known = "" if metric.reference is None else f", of thin rings {metric.reference:.4g}"
+    known = "" if metric.reference is None else f", known {metric.reference:.4g}"
     print(f"{metric.name}: {metric.value:.4g}{known}")
