@@ -19,15 +19,16 @@ from pmesh.cases.vortices import show_isosurface
 from pmesh.run.snapshots import read_snapshots
 
 options = argparse.ArgumentParser(description=__doc__)
-options.add_argument("--quick", action="store_true", help="a coarse mesh and a short run")
+options.add_argument("--quick", action="store_true", help="a short run")
 options.add_argument("--out", type=Path, default=Path("out/sphere_demo"))
 args = options.parse_args()
 
 REYNOLDS = 100.0  # U D / nu; lengths in diameters, velocities in the free stream's
-CELLS = 12 if args.quick else 20  # per diameter
-UNTIL = 0.12 if args.quick else 1.5  # T = U t / D
+CELLS = 22  # per diameter
+UNTIL = 0.1 if args.quick else 1.5  # T = U t / D
 
-grid = remesh.Grid((2 * CELLS,) * 3, 1 / CELLS, (0.5 / CELLS - 1,) * 3)  # it grows
+side = 28  # cells from the centre, which is in the middle of eight nodes, to the window's sides
+grid = remesh.Grid((2 * side,) * 3, 1 / CELLS, ((0.5 - side) / CELLS,) * 3)  # it grows behind
 sphere = pmesh.RigidBody(levelset.shapes.Sphere(radius=0.5))
 flow = pmesh.VortexFlow(
     grid=grid, viscosity=1 / REYNOLDS, freestream=(1.0, 0.0, 0.0), bodies=[sphere],
@@ -42,9 +43,9 @@ pmesh.run(flow, flow.start(), until=UNTIL, watch=watch, out=args.out, overwrite=
 end, dt = forces.series["time"][1:], forces.series["dt"][1:]
 drag = FORCE * forces.series["body0_force_x"][1:]
 law = stokes_drag(REYNOLDS, end - dt, end)  # means over the same steps
-early = (end > 0.04) & (end < 0.08)
+early = (end > 0.08) & (end < 0.1 + 1e-9)  # the mesh sees the layer, inertia counts little
 off = np.abs(drag[early] / law[early] - 1).max()
-print(f"drag off unsteady Stokes flow, 0.04 < T < 0.08: {off:.1%} at most, 5 % allowed")
+print(f"drag off unsteady Stokes flow, 0.08 < T < 0.1: {off:.1%} at most, 5 % allowed")
 
 
 @styled
@@ -57,7 +58,7 @@ def draw():
     left.legend()
     shot = read_snapshots(args.out)[-1]
     show_isosurface(right, shot, "lambda2", colour_by="velocity", label="speed / U")
-    right.set_title(rf"$\lambda_2$ at $T$ = {shot.time:g}")
+    right.set_title(rf"Surface of $\lambda_2$ at $T$ = {shot.time:g}")
     return figure
 
 
