@@ -26,7 +26,9 @@ UNTIL = 0.2 if args.quick else 1.0  # [T]
 ring = StrainedRing(strain=STRAIN, amplitude=(0.6, 0.0, 0.8))
 cells = round(4.0 / SPACING)
 grid = remesh.Grid((2 * cells,) * 3, SPACING, (-cells * SPACING,) * 3)
-flow = PerturbedFlow(grid=grid, base=STRAIN, time_scheme="RK3", deformation=0.1, domain="follow")
+flow = PerturbedFlow(
+    grid=grid, base=STRAIN, time_scheme="RK3", deformation=0.1, domain="follow", projection=1
+)
 
 ledger = pmesh.Ledger()
 end = pmesh.run(flow, flow.start(vorticity=ring.vorticity), until=UNTIL, watch=[ledger])

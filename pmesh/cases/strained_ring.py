@@ -51,7 +51,7 @@ class StrainedRingCase(Case):
     stretching: Literal["conservative", "classical"] = option("conservative", "form of stretching")
     time_scheme: Literal["RK2", "RK3", "RK4"] = option("RK3", "Runge-Kutta scheme")
     deformation: float = option(0.1, "largest dt * max|grad u|")
-    projection: int = option(0, "steps between projections onto divergence-free vorticity; 0: none")
+    projection: int = option(1, "steps between projections onto divergence-free vorticity; 0: none")
     dtype: Literal["float64", "float32"] = option("float64", "precision")
     every: float = option(0.25, "time between snapshots", unit="T")
 
