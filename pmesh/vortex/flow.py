@@ -72,6 +72,7 @@ class VortexFlow:
     window: Window | None = None  # around the bodies, in body lengths, out of which wakes may leave
     penalisation: Penalisation | DirectForcing = DEFAULT
     stretching: Form = "conservative"  # of vorticity in space, see `Carriage`
+    cleaning: bool = True  # divergence of vorticity in space, see `clean_divergence`
     projection: int = 0  # steps between projections onto solenoidal vorticity in space; 0: never
     diffusion: Literal["spectral", "compact"] | None = None  # None: compact in space
     contact: ContactLaw = TOUCH  # between bodies of which one at least is free

@@ -26,6 +26,7 @@ from pmesh.vortex.recipe import checked_vorticity
 from pmesh.vortex.schemes import Carriage, Carried, brought_home
 from pmesh.vortex.state import State
 from pmesh.vortex.window import let_go
+from remesh.cleaning import clean_divergence
 from remesh.errors import BlowUpError
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
@@ -204,6 +205,12 @@ class UniformEngine(Engine[State]):
                 after, constraint=held.constraint, loads=held.loads, poses=held.poses,
                 earlier=held.earlier,
             )  # fmt: skip
+        if self.flow.cleaning and grid.ndim == 3:
+            if vorticity is mesh and not kept:
+                vorticity = mesh.copy()
+            scratch = self.buffers.take(grid.shape, vorticity.dtype)
+            clean_divergence(vorticity, grid, scratch=scratch, threads=self.flow.threads)
+            self.buffers.give(scratch)
         if self.flow.projection and after.step % self.flow.projection == 0:
             vorticity = self.solver(grid).solenoidal(vorticity, out=into)
         lost = dropped - gone
