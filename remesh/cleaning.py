@@ -1,4 +1,4 @@
-"""Divergence cleaning: what remeshing and stretching leave of divergence, taken out step by step."""
+"""Divergence cleaning: what remeshing and stretching leave of it, taken out step by step."""
 
 from __future__ import annotations
 
