@@ -96,15 +96,18 @@ def times(typingctx, values, number):
 
 
 @intrinsic
-def plus(typingctx, total, values, number):
-    """total + values * number, rounded once where the machine can."""
+def plus(typingctx, total, values, factor):
+    """total + values * factor, a number or lanes, rounded once where the machine can."""
+    kind = values if isinstance(factor, Lanes) else values.dtype
 
     def generate(context, builder, signature, arguments):
-        factor = _spread_out(context, builder, values, arguments[2])
+        factor = arguments[2]
+        if kind is not values:
+            factor = _spread_out(context, builder, values, factor)
         product = builder.fmul(arguments[1], factor, flags=("contract",))
         return builder.fadd(arguments[0], product, flags=("contract",))
 
-    return total(total, values, total.dtype), generate
+    return total(total, values, kind), generate
 
 
 @intrinsic

@@ -18,11 +18,13 @@ from remesh._rows import (
     find_rows,
     gather,
     gather_edge,
+    gather_even,
     group,
     lay,
     multiply,
     spread,
     spread_edge,
+    spread_even,
     weigh,
 )
 from remesh.compiled import drop_stale
@@ -62,19 +64,21 @@ def advect(
     last = displacement.shape[0] - 1
     flat = out.reshape(parts, nx * nm * nc)
     rows = np.empty(width * len(mid), np.int64)
-    wa = np.empty(width * CHUNK, field.dtype)
+    wa = np.zeros(width * CHUNK + 2, field.dtype)
     wb = np.empty(width * CHUNK, field.dtype)
     wc = np.empty(width * CHUNK, field.dtype)
     table = np.empty(CHUNK * len(lanes), field.dtype)
     across = np.empty(CHUNK * len(lanes), field.dtype)
-    pitch = len(lanes) if len(mid) > 1 else 1
-    both = np.zeros((CHUNK + 2) * width * pitch, field.dtype)
-    straight = np.zeros(CHUNK, np.int64)
+    both = np.zeros((CHUNK + 2) * width * len(lanes), field.dtype) if len(mid) > 1 else wa
+    level = np.zeros(CHUNK, np.int64)
+    lifted = np.empty(CHUNK, field.dtype)
     cells = (np.zeros(CHUNK, np.int32), np.zeros(CHUNK, np.int32), np.zeros(CHUNK, np.int32))
     ka, kb, kc = cells
     local = np.empty(CHUNK, field.dtype)
     same = np.empty(CHUNK, np.bool_)
+    cuts = np.empty(CHUNK + 1, np.int64)
     starts = np.empty(CHUNK + 1, np.int64)
+    even = np.zeros(CHUNK + 1, np.bool_)
     bases = np.empty(CHUNK, np.int64)
     places = np.empty(CHUNK, np.int64)
     offsets = np.empty(CHUNK, np.int64)
@@ -91,18 +95,25 @@ def advect(
                 if not used:
                     continue
                 count = stop - column
-                moves = displacement[:, i, m, column:stop]
-                bad[band] += weigh(moves[0], scale, coeffs, taps, terms, ka, local, wa)
+                bad[band] += weigh(
+                    displacement[0, i, m, column:stop], scale, coeffs, taps, terms, ka, local, wa
+                )
                 if len(mid) > 1:
-                    bad[band] += weigh(moves[1], scale, coeffs, taps, terms, kb, local, wb)
-                    lay(wb, count, straight, taps, lanes, across)
-                bad[band] += weigh(moves[last], scale, coeffs, taps, terms, kc, local, wc)
+                    bad[band] += weigh(
+                        displacement[1, i, m, column:stop], scale, coeffs, taps, terms, kb, local,
+                        wb,
+                    )  # fmt: skip
+                bad[band] += weigh(
+                    displacement[last, i, m, column:stop], scale, coeffs, taps, terms, kc, local, wc
+                )
                 found = group(
-                    count, nc, column, cells, taps, lanes, periodic[2], same, starts, bases, places,
-                    offsets,
+                    count, nc, column, cells, taps, mid, lanes, periodic[2], same, cuts, starts,
+                    bases, even, places, offsets,
                 )  # fmt: skip
-                lay(wc, count, offsets, taps, lanes, table)
-                multiply(wa, across, count, taps, mid, lanes, both)
+                lay(wc, starts, even, found, offsets, taps, lanes, table)
+                if len(mid) > 1:
+                    lay(wb, starts, even, found, level, taps, lanes, across)
+                    multiply(wa, across, count, taps, lanes, both)
                 for p in range(parts):
                     source = field[p, i, m, column:stop]
                     whole = False
@@ -112,6 +123,12 @@ def advect(
                             x = i + np.int64(ka[n]) - left
                             y = m + np.int64(kb[n]) - left
                             whole = find_rows(x, y, (nx, nm, nc), periodic, False, taps, mid, rows)
+                        if whole and even[g]:
+                            spread_even(
+                                source, rows, bases[g], wa, wc, n, starts[g + 1] - n, taps, lifted,
+                                flat[p],
+                            )  # fmt: skip
+                            continue
                         if whole and bases[g] >= 0:
                             spread(
                                 source, rows, bases[g], both, table, n, starts[g + 1], taps, mid,
@@ -120,8 +137,8 @@ def advect(
                             continue
                         for k in range(n, starts[g + 1]):
                             dropped[band, p] += spread_edge(
-                                source[k], rows, places[k], nc, periodic[2], both, table,
-                                offsets[k], k, taps, mid, lanes, flat[p],
+                                source[k], rows, places[k], nc, periodic[2], both, wc, k, taps,
+                                mid, lanes, flat[p],
                             )  # fmt: skip
 
 
@@ -145,7 +162,9 @@ def sample(
     ka, kb, kc = cells
     local = np.empty(CHUNK, field.dtype)
     same = np.empty(CHUNK, np.bool_)
+    cuts = np.empty(CHUNK + 1, np.int64)
     starts = np.empty(CHUNK + 1, np.int64)
+    even = np.zeros(CHUNK + 1, np.bool_)
     bases = np.empty(CHUNK, np.int64)
     places = np.empty(CHUNK, np.int64)
     offsets = np.empty(CHUNK, np.int64)
@@ -156,16 +175,22 @@ def sample(
             for column in range(0, nc, CHUNK):
                 stop = min(column + CHUNK, nc)
                 count = stop - column
-                moves = displacement[:, i, m, column:stop]
-                bad[piece] += weigh(moves[0], scale, coeffs, taps, terms, ka, local, wa)
+                bad[piece] += weigh(
+                    displacement[0, i, m, column:stop], scale, coeffs, taps, terms, ka, local, wa
+                )
                 if len(mid) > 1:
-                    bad[piece] += weigh(moves[1], scale, coeffs, taps, terms, kb, local, wb)
-                bad[piece] += weigh(moves[last], scale, coeffs, taps, terms, kc, local, wc)
+                    bad[piece] += weigh(
+                        displacement[1, i, m, column:stop], scale, coeffs, taps, terms, kb, local,
+                        wb,
+                    )  # fmt: skip
+                bad[piece] += weigh(
+                    displacement[last, i, m, column:stop], scale, coeffs, taps, terms, kc, local, wc
+                )
                 found = group(
-                    count, nc, column, cells, taps, lanes, periodic[2], same, starts, bases, places,
-                    offsets,
+                    count, nc, column, cells, taps, mid, lanes, periodic[2], same, cuts, starts,
+                    bases, even, places, offsets,
                 )  # fmt: skip
-                lay(wc, count, offsets, taps, lanes, table)
+                lay(wc, starts, even, found, offsets, taps, lanes, table)
                 for p in range(parts):
                     target = out[p, i, m, column:stop]
                     whole = False
@@ -175,6 +200,12 @@ def sample(
                             x = i + np.int64(ka[n]) - left
                             y = m + np.int64(kb[n]) - left
                             whole = find_rows(x, y, (nx, nm, nc), periodic, clamps, taps, mid, rows)
+                        if whole and even[g]:
+                            gather_even(
+                                flat[p], rows, bases[g], wa, wc, n, starts[g + 1], taps, lanes,
+                                target,
+                            )  # fmt: skip
+                            continue
                         if whole and bases[g] >= 0:
                             for k in range(n, starts[g + 1]):
                                 target[k] = gather(
@@ -183,6 +214,6 @@ def sample(
                             continue
                         for k in range(n, starts[g + 1]):
                             target[k] = gather_edge(
-                                flat[p], rows, places[k], nc, periodic[2], clamps, wa, wb, table,
-                                offsets[k], k, taps, mid, lanes,
+                                flat[p], rows, places[k], nc, periodic[2], clamps, wa, wb, wc, k,
+                                taps, mid,
                             )  # fmt: skip
