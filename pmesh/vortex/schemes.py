@@ -37,7 +37,9 @@ class Carriage:
 
     In space strengths w become w + (w . grad) d with the displacement d of the lattice, Cauchy's
     formula, or its conservative form w + div(w d), which keeps their sum: of the order of the time
-    scheme in dt, of order 6 in the spacing. In the plane they stay.
+    scheme in dt, of order 6 in the spacing. The conservative form grows what divergence there is
+    by d div w: its displacement counts from the ``drift``, which carries and does not stretch.
+    In the plane strengths stay.
     """
 
     grid: Grid
@@ -46,21 +48,33 @@ class Carriage:
     stretching: Form
     threads: int | None
     buffers: Buffers
+    drift: tuple[float, ...] = ()  # a velocity that all have in common [L/T]
 
-    def on_mesh(self, particles: Carried, out: Array | None = None) -> Advected:
+    def on_mesh(
+        self, particles: Carried, out: Array | None = None, *, time: float = 0.0
+    ) -> Advected:
         """The particles remeshed onto their grid, and the strength that left it.
 
-        ``out``: where to; particles on their nodes are on the mesh as they are.
+        ``out``: where to; particles on their nodes are on the mesh as they are. ``time``: that they
+        have gone for [T].
         """
         if particles.displacement is None:
             return Advected(particles.strengths, np.zeros(particles.strengths.shape[: -self._ndim]))
         if self._ndim == 2:
             return self._advected(particles.strengths, particles.displacement, out)
+        displacement = particles.displacement
+        drifted = self.stretching == "conservative" and any(self.drift) and time > 0
+        shift = np.array(self.drift or (0.0,) * 3, displacement.dtype)[:, None, None, None]
+        shift *= displacement.dtype.type(time)
+        if drifted:
+            displacement -= shift
         strengths = stretched(
-            particles.strengths, particles.displacement, self.grid, self.stretching,
+            particles.strengths, displacement, self.grid, self.stretching,
             out=self._like(particles.strengths), threads=self.threads,
         )  # fmt: skip
-        result = self._advected(strengths, particles.displacement, out)
+        if drifted:
+            displacement += shift
+        result = self._advected(strengths, displacement, out)
         self.buffers.give(strengths)
         return result
 
@@ -89,8 +103,9 @@ class Carriage:
             later = [*rows[number + 1 :], self.scheme.weights]
             place = self._combined(base, slopes, row, dt, later)
             stage = self.on_mesh(
-                Carried(particles.strengths, place), self._like(particles.strengths)
-            )
+                Carried(particles.strengths, place), self._like(particles.strengths),
+                time=sum(row) * dt,
+            )  # fmt: skip
             speed = velocity_of(stage.field, sum(row))
             slopes.append(self._sampled(speed, place))
             self.buffers.give(speed)

@@ -183,7 +183,9 @@ class UniformEngine(Engine[State]):
     ) -> State:
         """The other half of the spread and the force that holds the bodies: the next state."""
         grid, carriage = state.grid, self._carriage(state.grid)
-        mesh, dropped = carriage.on_mesh(moved, self._like(moved.strengths))  # the state keeps it
+        mesh, dropped = carriage.on_mesh(
+            moved, self._like(moved.strengths), time=dt
+        )  # the state keeps it
         gone = carriage.on_mesh(_particles(state)).dropped if state.displacement is not None else 0
         after = replace(state, time=state.time + dt, step=state.step + 1)
         before = None if all(grid.periodic) else ledger.circulation(mesh, grid)
@@ -349,6 +351,7 @@ class UniformEngine(Engine[State]):
         return Carriage(
             grid=grid, kernel=flow.kernel, scheme=SCHEMES[flow.time_scheme],
             stretching=flow.stretching, threads=flow.threads, buffers=self.buffers,
+            drift=flow.freestream,
         )  # fmt: skip
 
     def _like(self, array: Array) -> Array:
