@@ -86,8 +86,8 @@ FAULTS = [
     ),
     Fault(
         "only half a step of diffusion with 2 nu", "pmesh/vortex/uniform.py",
-        "spread, solver = 0.5 * dt * self.flow.viscosity",
-        "spread, solver = dt * self.flow.viscosity", "flow",
+        "spread = 0.5 * dt * self.flow.viscosity\n        vorticity = state.vorticity",
+        "spread = dt * self.flow.viscosity\n        vorticity = state.vorticity", "flow",
     ),
     Fault(
         "a mean over the step replaced by its end", "pmesh/spectral/smoothing.py",
@@ -104,8 +104,8 @@ FAULTS = [
     ),
     Fault(
         "a stage sampled at home instead of where the particle is", "pmesh/vortex/schemes.py",
-        "sample_nodes(velocity_of(stage.field, sum(row)), place, grid, kernel, threads=threads)",
-        "velocity_of(stage.field, sum(row))", "schemes flow",
+        "slopes.append(self._sampled(speed, place))",
+        "slopes.append(speed)", "schemes flow",
     ),
     Fault(
         "what crosses an edge is not counted", "pmesh/vortex/uniform.py",
@@ -352,6 +352,52 @@ FAULTS = [
         "sampled_at(velocity, stage.blocks, blocks, place, flow.kernel, threads=flow.threads)",
         "sampled_at(velocity, stage.blocks, blocks, 0 * place, flow.kernel, threads=flow.threads)",
         "adaptive_engine",
+    ),
+    Fault(
+        "stretching by the transposed gradient", "remesh/_stretching.py",
+        "given = load(w[0 if e < 2 * REACH else 1], source + k, lanes)",
+        "given = load(w[1 if e < 2 * REACH else 0], source + k, lanes)", "stretching schemes",
+    ),
+    Fault(
+        "particles in space that are not stretched", "pmesh/vortex/schemes.py",
+        "if self._ndim == 2:\n            return self._advected",
+        "if self._ndim > 1:\n            return self._advected", "schemes flow_in_space",
+    ),
+    Fault(
+        "a drift that stretches", "pmesh/vortex/schemes.py",
+        'self.stretching == "conservative" and any(self.drift)', "False and any(self.drift)",
+        "schemes",
+    ),
+    Fault(
+        "compact diffusion with 2 nu", "remesh/spreading.py",
+        "weights = stencil(diffused / steps", "weights = stencil(2 * diffused / steps", "spreading",
+    ),
+    Fault(
+        "cleaning that feeds the divergence", "remesh/cleaning.py",
+        "STRENGTH = 0.2", "STRENGTH = -0.2", "cleaning",
+    ),
+    Fault(
+        "a projection that keeps off-diagonal divergence", "pmesh/spectral/solenoidal.py",
+        "table = (-lines[i] * lines[j]) / square", "table = (lines[i] * lines[j]) / square",
+        "solenoidal",
+    ),
+    Fault(
+        "an impulse of the wrong hand", "pmesh/vortex/budget.py",
+        "0.5 * (self.first(k, j) - self.first(j, k))",
+        "0.5 * (self.first(j, k) - self.first(k, j))", "budget",
+    ),
+    Fault(
+        "an angular impulse of the wrong sign", "pmesh/vortex/budget.py",
+        "return -0.5 * np.array(squares)", "return 0.5 * np.array(squares)", "budget",
+    ),
+    Fault(
+        "turns composed in the wrong order", "pmesh/bodies/turning.py",
+        "rotation_vector(product(quaternion(by), quaternion(angle)))",
+        "rotation_vector(product(quaternion(angle), quaternion(by)))", "turning",
+    ),
+    Fault(
+        "an inertia that does not turn with its body", "pmesh/bodies/body.py",
+        "np.eye(3) - turn @ second @ turn.T", "np.eye(3) - second", "body",
     ),
 ]  # fmt: skip
 

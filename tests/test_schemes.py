@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from contextlib import nullcontext
 
 import numpy as np
 import pytest
@@ -17,10 +18,12 @@ from remesh.stretching import stretched
 GRID = Grid((32, 32), 1 / 8, (-2.0, -2.0))
 
 
-def carriage(scheme="RK2", grid=GRID, threads=None, stretching="conservative") -> Carriage:
+def carriage(
+    scheme="RK2", grid=GRID, threads=None, stretching="conservative", dtype=np.float64
+) -> Carriage:
     return Carriage(
         grid=grid, kernel="M6'", scheme=SCHEMES[scheme], stretching=stretching, threads=threads,
-        buffers=Buffers(),
+        buffers=Buffers(), scratch=lambda shape: nullcontext(np.empty(shape, dtype)),
     )  # fmt: skip
 
 
@@ -90,7 +93,7 @@ def test_precision_is_kept_and_threads_change_no_bit(dtype, threads):
     x, y = GRID.points().astype(dtype)
     turning = np.stack([-y, x])
     gone = [
-        carriage("RK3", threads=n).carry(
+        carriage("RK3", threads=n, dtype=dtype).carry(
             Carried(spots(dtype), None), turning.copy(), lambda *_: turning.copy(), np.float64(0.1)
         )
         for n in (1, threads)

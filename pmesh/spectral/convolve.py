@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -106,7 +107,7 @@ class Convolver:
         self.mode_block = math.ceil(self.modes / math.ceil(self.modes / most))
         self.scale = 1.0 / math.prod(padded)
         self.threads = 1 if math.prod(padded[:-1]) * self.modes < _SMALL else threads
-        self._storage: list[Field] = []
+        self._storage: Field = np.empty((0, 0))  # of each field, one after another
         self._workers: list[_Worker] = []
         self._lock = threading.Lock()
 
@@ -139,15 +140,24 @@ class Convolver:
                 wanted = rows[o] if rows else None
                 self._rows_out(self._storage[o], field, shifts[o] if shifts else 0.0, wanted)
 
+    @contextmanager
+    def lent(self, shape: tuple[int, ...]) -> Iterator[Field]:
+        """An array of this shape to work in, with any values: between runs the storage is idle."""
+        with self._lock:
+            room = self._storage.reshape(-1).view(self.dtype)
+            size = math.prod(shape)
+            yield (room[:size] if room.size >= size else np.empty(size, self.dtype)).reshape(shape)
+
     def _mean(self, stored: Field) -> float:
         total = float(np.sum(stored[0].real, dtype=np.float64))
         return total / math.prod(self.box.shape)
 
     def _provide(self, sources: int, fields: int) -> None:
-        spectral = np.result_type(self.dtype, np.complex64)
-        shape = (self.modes, self.middle, self.box.shape[0])
-        while len(self._storage) < fields:
-            self._storage.append(aligned(shape, spectral))
+        if len(self._storage) < fields:
+            self._storage = aligned(
+                (fields, self.modes, self.middle, self.box.shape[0]),
+                np.result_type(self.dtype, np.complex64),
+            )
         if not self._workers or len(self._workers[0].spectra) < sources + 1:
             self._workers = [_Worker(self, sources) for _ in range(self.threads)]
 

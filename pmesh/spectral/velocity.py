@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
@@ -185,6 +186,10 @@ class VelocitySolver:
         targets = [*speed, *self._components(field)]
         self._run(sources, terms, targets, ("heat", amount), freestream, rows=wanted)
         return field, speed
+
+    def lent(self, shape: tuple[int, ...]) -> AbstractContextManager[Field]:
+        """An array of this shape to work in while nothing is solved: memory that lies idle."""
+        return self._convolver.lent(shape)
 
     def _sources(self, vorticity: Field) -> list[Field]:
         shape = self.grid.shape if self.grid.ndim == 2 else (3, *self.grid.shape)

@@ -14,7 +14,7 @@ from remesh.grid import Grid
 Array = NDArray[np.floating[Any]]
 
 SIGNIFICANT = 1e-6  # vorticity below this part of the largest is nothing to make room for
-SLAB = 1_000_000  # nodes looked at in one go
+SLAB = 65_536  # nodes looked at in one go
 STRIDE = 16  # a mesh grows and shrinks by multiples of this many nodes
 
 

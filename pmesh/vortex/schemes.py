@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -48,6 +49,7 @@ class Carriage:
     stretching: Form
     threads: int | None
     buffers: Buffers
+    scratch: Callable[[tuple[int, ...]], AbstractContextManager[Array]]  # room for one field
     drift: tuple[float, ...] = ()  # a velocity that all have in common [L/T]
 
     def on_mesh(
@@ -68,15 +70,14 @@ class Carriage:
         shift *= displacement.dtype.type(time)
         if drifted:
             displacement -= shift
-        strengths = stretched(
-            particles.strengths, displacement, self.grid, self.stretching,
-            out=self._like(particles.strengths), threads=self.threads,
-        )  # fmt: skip
-        if drifted:
-            displacement += shift
-        result = self._advected(strengths, displacement, out)
-        self.buffers.give(strengths)
-        return result
+        with self.scratch(particles.strengths.shape) as room:
+            strengths = stretched(
+                particles.strengths, displacement, self.grid, self.stretching, out=room,
+                threads=self.threads,
+            )  # fmt: skip
+            if drifted:
+                displacement += shift
+            return self._advected(strengths, displacement, out)
 
     def carry(
         self,
@@ -97,7 +98,6 @@ class Carriage:
         slopes: list[Array | None] = [velocity]
         if base is not None:
             slopes = [self._sampled(velocity, base)]
-            self.buffers.give(velocity)
         rows = self.scheme.rows
         for number, row in enumerate(rows):
             later = [*rows[number + 1 :], self.scheme.weights]
@@ -108,7 +108,6 @@ class Carriage:
             )  # fmt: skip
             speed = velocity_of(stage.field, sum(row))
             slopes.append(self._sampled(speed, place))
-            self.buffers.give(speed)
             self.buffers.give(place)
         result = self._combined(base, slopes, self.scheme.weights, dt, [])
         for slope in slopes:
@@ -128,10 +127,12 @@ class Carriage:
         )
 
     def _sampled(self, velocity: Array, displacement: Array) -> Array:
-        return sample_nodes(
-            velocity, displacement, self.grid, self.kernel, out=self._like(velocity),
-            threads=self.threads,
-        )  # fmt: skip
+        """The velocity at displaced nodes, in the place of that at the nodes."""
+        with self.scratch(velocity.shape) as room:
+            velocity[...] = sample_nodes(
+                velocity, displacement, self.grid, self.kernel, out=room, threads=self.threads
+            )
+        return velocity
 
     def _combined(
         self,

@@ -210,8 +210,8 @@ class UniformEngine(Engine[State]):
         if self.flow.cleaning and grid.ndim == 3:
             if vorticity is mesh and not kept:
                 vorticity = mesh.copy()
-            scratch = self.buffers.take(grid.shape, vorticity.dtype)
-            clean_divergence(vorticity, grid, scratch=scratch, threads=self.flow.threads)
+            scratch = self._like(vorticity)
+            clean_divergence(vorticity, grid, scratch=scratch[0], threads=self.flow.threads)
             self.buffers.give(scratch)
         if self.flow.projection and after.step % self.flow.projection == 0:
             vorticity = self.solver(grid).solenoidal(vorticity, out=into)
@@ -351,7 +351,7 @@ class UniformEngine(Engine[State]):
         return Carriage(
             grid=grid, kernel=flow.kernel, scheme=SCHEMES[flow.time_scheme],
             stretching=flow.stretching, threads=flow.threads, buffers=self.buffers,
-            drift=flow.freestream,
+            scratch=self.solver(grid).lent, drift=flow.freestream,
         )  # fmt: skip
 
     def _like(self, array: Array) -> Array:
