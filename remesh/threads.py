@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import lru_cache
 from typing import Any
 
@@ -34,7 +34,7 @@ def share(work: Callable[..., Any], pieces: int, threads: int, *arguments: Any) 
     Piece k is done by thread k modulo the number of threads; a law that gives each piece its own
     output therefore returns the same bits for any number of threads. ``first`` is the number of
     the thread, below ``threads``: scratch of its own is told by it. Numbers too small to be normal
-    (1e-38 in single precision) count as zero.
+    (1e-38 in single precision) count as zero, on processors of the x86 family.
     """
     step = max(1, min(threads, pieces))
     if step == 1:
@@ -44,7 +44,10 @@ def share(work: Callable[..., Any], pieces: int, threads: int, *arguments: Any) 
     others = [
         pool.submit(_flushed, work, first, pieces, step, *arguments) for first in range(1, step)
     ]
-    _flushed(work, 0, pieces, step, *arguments)
+    try:
+        _flushed(work, 0, pieces, step, *arguments)
+    finally:
+        wait(others)  # none of them writes when the caller goes on
     for other in others:
         other.result()
 

@@ -35,6 +35,16 @@ def test_an_array_given_back_twice_is_held_by_one_only():
 
 def test_arrays_of_another_mesh_are_let_go():
     buffers = Buffers()
-    buffers.give(buffers.take((4, 6), np.float64))
-    buffers.take((4, 8), np.float64)
-    assert not buffers._spare
+    for old, new in (((4, 6), (4, 8)), ((4, 6), (5, 6)), ((3, 4, 5, 6), (3, 8, 5, 6))):
+        buffers.give(buffers.take(old, np.float64))
+        buffers.take(new, np.float64)
+        assert not buffers._spare
+
+
+def test_fields_and_velocities_of_one_plane_mesh_are_kept_together():
+    buffers = Buffers()
+    field, velocity = buffers.take((4, 6), float), buffers.take((2, 4, 6), float)
+    buffers.give(field)
+    buffers.give(velocity)
+    assert buffers.take((2, 4, 6), float) is velocity
+    assert buffers.take((4, 6), float) is field

@@ -130,8 +130,8 @@ def test_foreign_files_other_versions_and_missing_ones_are_told_apart(tmp_path: 
     with pytest.raises(StorageError, match="not a checkpoint of pmesh"):
         checkpoint.load(path)
     checkpoint.save(path, STATE)
-    path.write_bytes(path.read_bytes().replace(b"checkpoint 1", b"checkpoint 7", 1))
-    with pytest.raises(StorageError, match="format 7, this pmesh reads format 1"):
+    path.write_bytes(path.read_bytes().replace(b"checkpoint 2", b"checkpoint 7", 1))
+    with pytest.raises(StorageError, match="format 7, this pmesh reads format 2"):
         checkpoint.load(path)
 
 

@@ -108,3 +108,17 @@ def test_fields_that_are_not_in_space_are_refused():
         clean_divergence(np.zeros((2, 8, 8)), Grid((8, 8), 0.1))
     with pytest.raises(InputError, match="shape"):
         clean_divergence(np.zeros((3, 4, 4, 4)), WRAPPED)
+    with pytest.raises(InputError, match="must hold floats"):
+        clean_divergence(np.zeros((3, *WRAPPED.shape), int), WRAPPED)
+
+
+@pytest.mark.parametrize(
+    "scratch",
+    [np.zeros((10, 14, 16)), np.zeros(WRAPPED.shape, np.float32), "the field itself"],
+)
+def test_a_scratch_that_does_not_fit_is_refused(scratch):
+    field = noise(WRAPPED)
+    before = field.copy()
+    with pytest.raises(InputError, match="scratch must be"):
+        clean_divergence(field, WRAPPED, scratch=field[0] if isinstance(scratch, str) else scratch)
+    np.testing.assert_array_equal(field, before)

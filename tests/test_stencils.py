@@ -5,7 +5,15 @@ import pytest
 
 from remesh.errors import InputError
 from remesh.grid import Grid
-from remesh.stencils import curl, derivative, divergence, gradient, laplacian, max_gradient_norm
+from remesh.stencils import (
+    curl,
+    derivative,
+    divergence,
+    divergence_ratio,
+    gradient,
+    laplacian,
+    max_gradient_norm,
+)  # fmt: skip
 
 ORDERS = (2, 4, 6)
 GRIDS = [
@@ -148,3 +156,30 @@ def test_unusable_requests_are_refused():
         laplacian(np.zeros(grid.shape), grid, edge="reflect")
     with pytest.raises(InputError, match="read 7 nodes"):
         gradient(np.zeros((6, 8)), Grid((6, 8), 1.0), order=6)
+
+
+def test_the_divergence_ratio_is_zero_for_a_curl_and_known_for_a_gradient():
+    grid = Grid((24, 24, 24), 2 * np.pi / 24, None, "periodic")
+    x, y, z = grid.points()
+    assert divergence_ratio(np.stack([np.sin(y), np.sin(z), np.sin(x)]), grid) < 1e-14
+    assert divergence_ratio(np.stack([np.cos(x), 0 * y, 0 * z]), grid) == pytest.approx(1.0)
+    both = np.stack([np.cos(x), np.sin(z), 0 * z])
+    assert divergence_ratio(both, grid) == pytest.approx(np.sqrt(0.5))
+    assert divergence_ratio(np.ones((3, *grid.shape)), grid) < 1e-12
+
+
+def test_the_divergence_ratio_looks_only_where_its_stencil_lies_on_the_mesh():
+    grid = Grid((16, 18, 20), 0.1)
+    x, y, z = grid.points()
+    field = np.stack([x**2, y * z, x])  # div = 2 x + z
+    inner = (slice(3, -3),) * 3
+    gradients = (4 * x**2 + z**2 + y**2 + 1)[inner]
+    known = np.sqrt((((2 * x + z) ** 2)[inner]).sum() / gradients.sum())
+    found = [divergence_ratio(field, grid, threads=n) for n in (1, 3)]
+    assert found[0] == pytest.approx(known, rel=1e-10)
+    assert found[0] == found[1]
+    edges = field.copy()
+    edges[:, 0], edges[:, :, :, -1] = 0.0, 0.0
+    assert divergence_ratio(edges[:, 1:, :, :-1], Grid((15, 18, 19), 0.1)) > 0
+    with pytest.raises(InputError, match="the grid is plane"):
+        divergence_ratio(np.zeros((2, 8, 8)), Grid((8, 8), 0.1))

@@ -405,3 +405,20 @@ def test_a_velocity_wanted_on_some_rows_is_the_same_there(shape, rows):
     np.testing.assert_array_equal(again, field)
     inside = (slice(None), slice(*rows))
     np.testing.assert_array_equal(part[inside], speed[inside])
+
+
+def test_idle_storage_is_lent_between_solves_and_changes_no_result():
+    grid = Grid((10, 12, 14), 0.1)
+    solver = VelocitySolver(grid, threads=1)
+    vorticity = np.random.default_rng(4).standard_normal((3, *grid.shape))
+    with solver.lent(vorticity.shape) as room:  # nothing is there yet
+        assert room.shape == vorticity.shape
+    first = solver.velocity(vorticity)
+    with solver.lent(vorticity.shape) as room:
+        assert room.dtype == solver.dtype
+        assert room.flags.c_contiguous
+        room[...] = np.nan
+        assert np.shares_memory(room, solver._convolver._storage)
+    np.testing.assert_array_equal(solver.velocity(vorticity), first)
+    with solver.lent((30, *grid.shape)) as room:  # more than there is
+        assert room.shape == (30, *grid.shape)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 import pytest
 
-from levelset.shapes import Disk
+from levelset.shapes import Disk, Sphere
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.motion import Prescribed
+from pmesh.vortex.budget import Moments
 from pmesh.vortex.domain import Shift
+from pmesh.vortex.exact import VortexRing
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.state import Wake
-from pmesh.vortex.window import FADING, Gone, Window
+from pmesh.vortex.window import FADING, MEMORY, Gone, Window, let_go
 from remesh.errors import BlowUpError, InputError
 from remesh.grid import Grid
+from remesh.stencils import divergence, max_gradient_norm
 
 DISK = RigidBody(Disk(radius=0.5))
 POSE = DISK.start()
@@ -246,3 +250,52 @@ def test_a_body_that_leaves_a_fixed_mesh_or_crosses_a_seam_is_told_of(axis):
     with pytest.raises(BlowUpError, match=rf"body 0 reaches .* axis {axis} .* out of the mesh"):
         advance()
     assert 0.2 < states[-1].time < 0.8
+
+
+BALL = RigidBody(Sphere(0.5))
+ROOM = Window(lower=(2.0, 2.0, 2.0), upper=(4.0, 2.0, 2.0))
+
+
+def source_beyond(nodes: int) -> tuple[Grid, np.ndarray]:
+    """The velocity of a wake's source in space, on a box around it, 3.5 lengths downwind."""
+    grid = Grid((nodes,) * 3, 4.0 / nodes, (1.5, -2.0, -2.0))
+    wake = Wake(flux=0.7, way=(1.0, 0.0, 0.0))
+    velocity = ROOM.beyond(grid, [BALL], [BALL.start()], wake)
+    assert velocity is not None
+    return grid, velocity
+
+
+def test_the_source_beyond_a_window_in_space_is_smooth_at_its_middle():
+    slopes = [max_gradient_norm(velocity, grid) for grid, velocity in map(source_beyond, (20, 40))]
+    assert slopes[1] == pytest.approx(slopes[0], rel=0.05)
+
+
+def test_the_source_beyond_a_window_in_space_gives_what_faded():
+    """Its divergence is a Gaussian of three core lengths' reach, whose sum is the flux."""
+    grid, velocity = source_beyond(60)
+    assert divergence(velocity, grid).sum() * grid.cell_volume == pytest.approx(0.7, rel=0.06)
+    far = velocity[:, 0, 30, 30]  # 2 lengths before it
+    x = grid.points()[:, 0, 30, 30] - [3.5, 0.0, 0.0]
+    r = np.linalg.norm(x)
+    np.testing.assert_allclose(far, 0.7 * x / (4 * np.pi * r**3), rtol=0.08)
+
+
+def test_a_window_in_space_lets_vorticity_go_and_knows_its_impulse():
+    grid = Grid((70, 48, 48), 0.12, (-2.0, -2.9, -2.9))
+    ring = VortexRing(radius=0.8, core=0.35, center=(3.6, 0.0, 0.0), axis=(1.0, 0.0, 0.0))
+    flow = VortexFlow(
+        grid=grid,
+        viscosity=0.01,
+        freestream=(1.0, 0.0, 0.0),
+        bodies=(BALL,),
+        window=ROOM,
+        domain="follow",
+    )
+    state = dataclasses.replace(flow.start(), vorticity=ring.vorticity(grid.points()), grid=grid)
+    end = let_go(ROOM, state, (BALL,), np.array([1.0, 0.0, 0.0]), 0.05)
+    assert np.abs(end.vorticity).sum() < np.abs(state.vorticity).sum()
+    before, after = (Moments(one.vorticity, grid).impulse[0] for one in (state, end))
+    assert after < before
+    share = -math.expm1(-0.05 / MEMORY)
+    assert end.wake.flux == pytest.approx(-share * (before - after) / 0.05, rel=1e-6)
+    assert end.wake.way == (1.0, 0.0, 0.0)

@@ -24,7 +24,7 @@ from remesh.errors import InputError, StorageError
 
 FORMAT = b"pmesh checkpoint"
 HEADER = 512  # bytes
-VERSION = 1
+VERSION = 2
 PACKAGES = ("pmesh", "remesh", "levelset")  # whose dataclasses a file may name
 SCALARS = {"bool": bool, "int": int, "float": float, "str": str, "Fraction": Fraction}
 

@@ -142,7 +142,10 @@ class Convolver:
 
     @contextmanager
     def lent(self, shape: tuple[int, ...]) -> Iterator[Field]:
-        """An array of this shape to work in, with any values: between runs the storage is idle."""
+        """An array of this shape to work in, with any values: between runs the storage is idle.
+
+        ``run`` waits until it is given back: the same thread must not call it before.
+        """
         with self._lock:
             room = self._storage.reshape(-1).view(self.dtype)
             size = math.prod(shape)

@@ -14,6 +14,7 @@ from remesh.grid import Grid
 Array = NDArray[np.floating[Any]]
 
 SIGNIFICANT = 1e-6  # vorticity below this part of the largest is nothing to make room for
+PROJECTED = 1e-4  # the same where vorticity is projected: that leaves 1/r^3 over the whole mesh
 SLAB = 65_536  # nodes looked at in one go
 STRIDE = 16  # a mesh grows and shrinks by multiples of this many nodes
 
@@ -60,14 +61,17 @@ class Shift:
         return np.ascontiguousarray(np.pad(values[tuple(cuts)], pads))
 
 
-def room(vorticity: Array, grid: Grid, margin: int, *, follow: bool) -> Shift:
+def room(
+    vorticity: Array, grid: Grid, margin: int, *, follow: bool, part: float = SIGNIFICANT
+) -> Shift:
     """How the mesh must change so that vorticity keeps ``margin`` nodes to each unbounded edge.
 
     Grows by an eighth of the axis at least, so that it seldom happens; with ``follow`` it also
     lets go of ends that are at rest over more than a quarter of the axis beyond the margin.
+    Vorticity below ``part`` of the largest is nothing to make room for.
     """
     profiles = _extents(vorticity, grid.ndim)
-    floor = SIGNIFICANT * float(profiles[0].max())
+    floor = part * float(profiles[0].max())
     before, after = [0] * grid.ndim, [0] * grid.ndim
     if not 0.0 < floor < np.inf:  # nothing there, or nothing that is a number
         return Shift(tuple(before), tuple(after))

@@ -67,6 +67,15 @@ def validate(flow: VortexFlow) -> None:
     _one_of("stretching", flow.stretching, ("conservative", "classical"))
     if flow.diffusion is not None:
         _one_of("diffusion", flow.diffusion, ("spectral", "compact"))
+    if not isinstance(flow.cleaning, bool):
+        raise InputError(
+            f"cleaning must be True or False, got {flow.cleaning!r}", hint="cleaning=True"
+        )
+    if flow.grid.ndim == 2 and flow.stretching != "conservative":
+        raise InputError(
+            "vorticity in the plane does not stretch, got stretching="
+            f"{flow.stretching!r}", hint="no stretching, or a grid with three axes",
+        )  # fmt: skip
     projection = as_whole("projection", flow.projection, least=0, hint="projection=10")
     if flow.grid.ndim == 3:
         _check_space(flow)
@@ -115,6 +124,11 @@ def _check_adaptive(flow: VortexFlow) -> None:
             f"on an adaptive mesh particles are remeshed at every step, got remeshing="
             f"{flow.remeshing!r}", hint='remeshing="always"',
         )  # fmt: skip
+    if flow.diffusion is not None:
+        raise InputError(
+            f"an adaptive mesh spreads level by level, got diffusion={flow.diffusion!r}",
+            hint="diffusion=None",
+        )
     if flow.domain == "follow":
         raise InputError(
             'an adaptive mesh does not follow the vorticity, got domain="follow"',

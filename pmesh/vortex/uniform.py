@@ -17,7 +17,7 @@ from pmesh.vortex import ledger
 from pmesh.vortex.budget import Moments, dot, energy, potential_energy
 from pmesh.vortex.buffers import Buffers
 from pmesh.vortex.constraint import Wall
-from pmesh.vortex.domain import SIGNIFICANT, room
+from pmesh.vortex.domain import PROJECTED, SIGNIFICANT, room
 from pmesh.vortex.engine import EDGE, Engine, largest
 from pmesh.vortex.loads import inertia_force, inertia_torque
 from pmesh.vortex.outer import Outer, swelling_flow
@@ -52,6 +52,7 @@ class UniformEngine(Engine[State]):
     def __init__(self, flow: VortexFlow) -> None:
         super().__init__(flow)
         self.buffers = Buffers()
+        self.part = PROJECTED if flow.projection else SIGNIFICANT  # to make room for
         self.compact = (flow.diffusion or ("compact" if flow.grid.ndim == 3 else "")) == "compact"
 
     def start(self, vorticity: Array | Callable[[Array], Array] | None) -> State:
@@ -207,13 +208,14 @@ class UniformEngine(Engine[State]):
                 after, constraint=held.constraint, loads=held.loads, poses=held.poses,
                 earlier=held.earlier,
             )  # fmt: skip
-        if self.flow.cleaning and grid.ndim == 3:
+        project = bool(self.flow.projection) and after.step % self.flow.projection == 0
+        if self.flow.cleaning and grid.ndim == 3 and not project:
             if vorticity is mesh and not kept:
                 vorticity = mesh.copy()
             scratch = self._like(vorticity)
             clean_divergence(vorticity, grid, scratch=scratch[0], threads=self.flow.threads)
             self.buffers.give(scratch)
-        if self.flow.projection and after.step % self.flow.projection == 0:
+        if project:
             vorticity = self.solver(grid).solenoidal(vorticity, out=into)
         lost = dropped - gone
         if before is not None:
@@ -254,7 +256,9 @@ class UniformEngine(Engine[State]):
         full = after.vorticity
         if self.flow.window is not None:
             after = let_go(self.flow.window, after, self.flow.bodies, self.wind(after.poses), dt)
-        elif self.flow.domain == "fixed" and room(full, after.grid, EDGE, follow=False):
+        elif self.flow.domain == "fixed" and room(
+            full, after.grid, EDGE, follow=False, part=self.part
+        ):
             return replace(after, impulse_force=(math.nan,) * len(after.impulse_force))
         force = ledger.impulse_force(
             (before.vorticity, full), after.grid, dt, self.flow.freestream, outer
@@ -301,10 +305,8 @@ class UniformEngine(Engine[State]):
                 hint="a smaller dt, or a smaller deformation",
             )
         margin = math.ceil(reach / state.grid.spacing) + get_kernel(self.flow.kernel).half_width + 2
-        moving = state.displacement is not None
-        shift = room(
-            state.vorticity, state.grid, margin, follow=self.flow.domain == "follow" and not moving
-        )
+        follow = self.flow.domain == "follow" and state.displacement is None
+        shift = room(state.vorticity, state.grid, margin, follow=follow, part=self.part)
         if self.flow.window is not None:
             shift = self.flow.window.clipped(shift, state.grid, self.flow.bodies, state.poses)
         for wall in walls:

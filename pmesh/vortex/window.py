@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import erf
 
 from pmesh.bodies.body import Body
 from pmesh.bodies.pose import Pose
@@ -152,10 +153,12 @@ class Window:
             *(x - at for x, at in zip(grid.axes(), place, strict=True)), indexing="ij", sparse=True
         )
         square = np.maximum(sum(arm**2 for arm in arms), 1e-6 * length**2)
-        cut = -np.expm1(-0.5 * square / (CORE * length) ** 2)
         if grid.ndim == 3:
-            source = wake.flux * cut / (4 * math.pi * square * np.sqrt(square))
+            ratio = np.sqrt(0.5 * square) / (CORE * length)
+            inside = erf(ratio) - 2.0 / math.sqrt(math.pi) * ratio * np.exp(-(ratio**2))
+            source = wake.flux * inside / (4 * math.pi * square * np.sqrt(square))
             return np.stack([source * arm for arm in arms])
+        cut = -np.expm1(-0.5 * square / (CORE * length) ** 2)
         scale = cut / (2 * math.pi * square)
         source, vortex = wake.flux * scale, wake.circulation * scale
         x, y = arms
