@@ -16,17 +16,21 @@ Triple = tuple[float, float, float]
 
 
 class ExactFlow(Protocol):
-    """A plane flow that can be asked for its fields at any points (2, ...) and any time."""
+    """A flow that can be asked for its fields at any points (ndim, ...) and any time.
+
+    Vorticity is a scalar in the plane and a vector in space. This is the face of plane flows; those
+    in space have the same laws of points, most a velocity, and none a circulation of all.
+    """
 
     @property
     def circulation(self) -> float:
         """Integral of the vorticity [L^2/T]."""
 
     def vorticity(self, points: Array, time: float = 0.0) -> Array:
-        """Vorticity [1/T] at ``points`` (2, ...) [L]; the result has shape ``points.shape[1:]``."""
+        """Vorticity [1/T] at ``points`` [L]: ``points.shape[1:]``, in space ``points.shape``."""
 
     def velocity(self, points: Array, time: float = 0.0) -> Array:
-        """Velocity [L/T] at ``points`` (2, ...) [L]; the result has the shape of ``points``."""
+        """Velocity [L/T] at ``points`` (ndim, ...) [L]; the result has the shape of ``points``."""
 
 
 def relative(points: Array, center: Pair | Triple, drift: Pair | Triple, time: float) -> Array:
