@@ -388,7 +388,7 @@ IN_SPACE = AdaptiveMesh(grid=Grid((32,) * 3, 0.1), levels=1)
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ({"grid": IN_SPACE}, "needs a 2-D grid, uniform or adaptive"),
+        ({"grid": IN_SPACE}, "on adaptive meshes are plane"),
         ({"remeshing": "distorted"}, "remeshed at every step"),
         ({"domain": "follow"}, "does not follow the vorticity"),
         ({"window": Window(lower=(3, 3), upper=(9, 3))}, "lies around bodies"),

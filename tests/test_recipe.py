@@ -17,6 +17,7 @@ from remesh.errors import InputError
 from remesh.grid import Grid
 from remesh.kernels import get_kernel
 from remesh.multires.mesh import AdaptiveMesh
+from remesh.stencils import divergence_ratio
 
 GRID = Grid((32, 32), 1 / 8, (-2.0, -2.0))
 DISK = RigidBody(Disk(radius=0.6))
@@ -177,3 +178,33 @@ def test_bodies_that_begin_inside_each_other_are_refused():
     with pytest.raises(InputError, match=r"bodies\[0\] and bodies\[1\] overlap") as caught:
         flow(bodies=[left, right])
     assert "union" in caught.value.hint
+
+
+def test_a_precision_may_be_given_as_numpy_writes_it():
+    assert flow(dtype=np.float32) == flow(dtype="float32")
+    with pytest.raises(InputError, match="dtype must be one of"):
+        flow(dtype=np.int64)
+
+
+def test_a_start_in_space_that_has_a_divergence_is_refused_or_projected():
+    def jet(points: np.ndarray) -> tuple[float, float, np.ndarray]:
+        return 0.0, 0.0, np.exp(-4 * np.sum((points - 0.8) ** 2, axis=0) / 0.1)
+
+    grid = Grid((24, 24, 24), 1.6 / 24)
+    with pytest.raises(InputError, match="vorticity must have no divergence"):
+        VortexFlow(grid=grid, threads=1).start(vorticity=jet)
+    state = VortexFlow(grid=grid, projection=1, threads=1).start(vorticity=jet)
+    assert divergence_ratio(state.vorticity, grid) < 1e-10
+
+
+def test_a_state_of_another_precision_is_refused():
+    state = flow(dtype="float32").start()
+    with pytest.raises(InputError, match="the flow computes in float64, the state is in float32"):
+        flow().step(state, 0.1)
+
+
+def test_the_first_value_that_is_not_finite_is_told_by_its_place():
+    with pytest.raises(InputError, match=r"the first at \(0.3, 0.0, 0.0\)"):
+        VortexFlow(grid=SPACE).start(
+            vorticity=lambda x: (np.where(x[0] > 0.25, np.nan, 0.0), 0.0, 0.0)
+        )

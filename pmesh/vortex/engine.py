@@ -44,6 +44,12 @@ class Engine(ABC, Generic[S]):
                 f"the flow steps a {self.kind.__name__}, got a {type(state).__name__}",
                 hint="the mesh that the state was made on, or flow.start(...)",
             )
+        given = state.vorticity.dtype
+        if given != self.flow.dtype:
+            raise InputError(
+                f"the flow computes in {self.flow.dtype}, the state is in {given}",
+                hint=f'dtype="{given}", or flow.start(...)',
+            )
 
     @abstractmethod
     def start(self, vorticity: Array | Callable[[Array], Array] | None) -> S:

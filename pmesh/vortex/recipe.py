@@ -23,6 +23,7 @@ from remesh.grid import Grid
 from remesh.kernels import get_kernel
 from remesh.multires.mesh import AdaptiveMesh
 from remesh.paths import SCHEMES
+from remesh.stencils import divergence_ratio
 from remesh.threads import thread_count
 
 if TYPE_CHECKING:
@@ -30,7 +31,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.floating[Any]]
 
+BALLS = {2: "Disk", 3: "Sphere"}  # shapes to begin with
 OVERLAP = 0.5  # spacings by which two bodies may each lie inside the other at the start
+DIVERGENT = 0.4  # divergence over gradients of a start, at most; of noise it is 0.58
 THICK = 8.0  # spacings between the walls of a body, at least
 
 
@@ -63,7 +66,7 @@ def validate(flow: VortexFlow) -> None:
     _one_of("time_scheme", flow.time_scheme, SCHEMES)
     _one_of("remeshing", flow.remeshing, ("always", "distorted"))
     _one_of("domain", flow.domain, ("grow", "follow", "fixed"))
-    _one_of("dtype", flow.dtype, ("float64", "float32"))
+    object.__setattr__(flow, "dtype", _precision(flow.dtype))
     _one_of("stretching", flow.stretching, ("conservative", "classical"))
     if flow.diffusion is not None:
         _one_of("diffusion", flow.diffusion, ("spectral", "compact"))
@@ -178,10 +181,12 @@ def checked_vorticity(
     shape = grid.shape if grid.ndim == 2 else (3, *grid.shape)
     if vorticity is None:
         return np.zeros(shape, dtype)
-    values = np.asarray(vorticity(grid.points()) if callable(vorticity) else vorticity)
+    values = _values(vorticity, grid)
     if values.dtype.kind not in "fiub":
+        hint = "flow.start(vorticity=ring.vorticity)" if hasattr(vorticity, "vorticity") else None
         raise InputError(
-            f"vorticity must hold real numbers, got {values.dtype}", hint="an array of floats"
+            f"vorticity must hold real numbers, got {values.dtype}",
+            hint=hint or "an array of floats",
         )
     if values.shape != shape:
         raise InputError(
@@ -189,11 +194,34 @@ def checked_vorticity(
             hint=f"values on grid.points(), or a function of points ({grid.ndim}, *shape)",
         )
     if not np.isfinite(values).all():
+        bad = np.argwhere(~np.isfinite(values))
+        place = grid.points()[:, *bad[0, -grid.ndim :]]
         raise InputError(
-            f"vorticity must be finite, {np.count_nonzero(~np.isfinite(values))} values are not",
+            f"vorticity must be finite, {len(bad)} values are not, the first at "
+            f"{tuple(round(float(x), 6) for x in place)}",
             hint="check the initial condition",
         )
     return np.array(values, dtype, order="C")
+
+
+def _values(vorticity: Array | Callable[[Array], Array], grid: Grid) -> NDArray[Any]:
+    """Values of an array or a law; components of a law that are plain numbers fill the mesh."""
+    found: Any = vorticity(grid.points()) if callable(vorticity) else vorticity
+    if grid.ndim == 3 and isinstance(found, tuple | list) and len(found) == 3:
+        found = np.stack([np.broadcast_to(np.asarray(part), grid.shape) for part in found])
+    return np.asarray(found)
+
+
+def check_solenoidal(vorticity: Array, grid: Grid, threads: int | None) -> None:
+    """Refuse a start in space that is far from solenoidal."""
+    if min(n for n, wraps in zip(grid.shape, grid.periodic, strict=True)) < 7:
+        return
+    ratio = divergence_ratio(vorticity, grid, threads=threads)
+    if ratio > DIVERGENT:
+        raise InputError(
+            f"vorticity must have no divergence: it is {ratio:.2g} of the gradients, root mean "
+            "square", hint="the curl of a velocity (remesh.stencils.curl), or projection=1",
+        )  # fmt: skip
 
 
 def _vector(value: object, ndim: int) -> tuple[float, ...]:
@@ -208,6 +236,16 @@ def _vector(value: object, ndim: int) -> tuple[float, ...]:
             hint=f"freestream={(1.0, 0.0, 0.0)[:ndim]}",
         )
     return numbers
+
+
+def _precision(value: object) -> str:
+    """The name of a precision given as a name or a NumPy type."""
+    try:
+        name = np.dtype(value).name  # type: ignore[call-overload]
+    except TypeError:
+        name = str(value)
+    _one_of("dtype", name, ("float64", "float32"))
+    return str(name)
 
 
 def _one_of(name: str, value: str, known: Iterable[str]) -> None:
@@ -233,12 +271,13 @@ def _check_bodies(flow: VortexFlow) -> None:
         ):
             raise InputError(
                 f"bodies[{number}] is a {type(body).__name__}, not a body",
-                hint="pmesh.RigidBody(levelset.shapes.Disk(radius=0.5))",
+                hint=f"pmesh.RigidBody(levelset.shapes.{BALLS[grid.ndim]}(radius=0.5))",
             )
         if body.ndim != grid.ndim:
             raise InputError(
                 f"bodies[{number}] has {body.ndim} dimensions, the grid {grid.ndim}",
-                hint="a plane shape, such as levelset.shapes.Disk",
+                hint=f"a shape such as levelset.shapes.{BALLS[grid.ndim]}, or a swimmer with "
+                f"ndim={grid.ndim}",
             )
         first, last = body.bounds(body.start())
         if any(a < b for a, b in zip(first, low, strict=True)) or any(
@@ -263,7 +302,7 @@ def _check_room(flow: VortexFlow, grid: Grid) -> None:
     if all(grid.periodic):
         raise InputError(
             "bodies need an unbounded axis, all axes of the grid are periodic",
-            hint='boundary=("unbounded", "periodic")',
+            hint=f"boundary={('unbounded', *('periodic',) * (grid.ndim - 1))}",
         )
     reach = flow.penalisation.width * grid.spacing
     poses = tuple(body.start() for body in flow.bodies)
@@ -276,7 +315,8 @@ def _check_room(flow: VortexFlow, grid: Grid) -> None:
         if thick < thinnest:
             raise InputError(
                 f"bodies[{number}] is {max(thick, 0):.2f} spacings thick, needs {thinnest:g}",
-                hint=f"a spacing below {grid.spacing * max(thick, 1.0) / thinnest:.3g}",
+                hint=f"a spacing below {grid.spacing * max(thick, 1.0) / thinnest:.3g}, or for a "
+                "body that is thin by nature Penalisation(thinnest=...)",
             )
     _check_apart(distances, grid.spacing)
     if flow.domain != "fixed":

@@ -59,6 +59,7 @@ class FlowState:
     time: float  # [T]
     step: int  # steps taken since the start
     grid: Grid  # the mesh now, the finest one if it is adaptive
+    vorticity: Array  # on the nodes or blocks; in space three components in front [1/T]
     gradient: float  # largest |grad u| seen by the last step [1/T]
     speed: float  # largest |u| seen by the last step [L/T]
     poses: tuple[Pose, ...] = ()  # one per body
@@ -80,7 +81,6 @@ class FlowState:
 class State(FlowState):
     """A vortex flow on a uniform mesh, which may grow with the vorticity."""
 
-    vorticity: Array  # on the nodes, grid.shape, in space (3, *grid.shape) [1/T]
     strengths: Array | None = None  # at home, of particles that were not remeshed [1/T]
     displacement: Array | None = None  # of those particles from home, (ndim, *shape) [L]
     wake: Wake = NO_WAKE  # that left a window
@@ -91,7 +91,6 @@ class AdaptiveState(FlowState):
     """A vortex flow on the blocks of an adaptive mesh."""
 
     blocks: Blocks
-    vorticity: Array  # on the blocks, blocks.shape [1/T]
     busy: NDArray[np.bool_]  # cells of 4^ndim nodes that the mesh must follow, see `adapt`
     tolerance: float  # that the mesh was adapted to, relative to the largest vorticity
 

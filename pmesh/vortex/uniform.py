@@ -22,7 +22,7 @@ from pmesh.vortex.engine import EDGE, Engine, largest
 from pmesh.vortex.loads import inertia_force, inertia_torque
 from pmesh.vortex.outer import Outer, swelling_flow
 from pmesh.vortex.passage import Passage, foresee
-from pmesh.vortex.recipe import checked_vorticity
+from pmesh.vortex.recipe import check_solenoidal, checked_vorticity
 from pmesh.vortex.schemes import Carriage, Carried, brought_home
 from pmesh.vortex.state import State
 from pmesh.vortex.window import let_go
@@ -59,6 +59,10 @@ class UniformEngine(Engine[State]):
         """See `VortexFlow.start`."""
         values = checked_vorticity(vorticity, self.flow.lattice, np.dtype(self.flow.dtype))
         ndim = self.flow.lattice.ndim
+        if ndim == 3 and self.flow.projection:
+            values = self.solver(self.flow.lattice).solenoidal(values, out=values)
+        elif ndim == 3:
+            check_solenoidal(values, self.flow.lattice, self.flow.threads)
         state = State(
             time=0.0, step=0, grid=self.flow.lattice, vorticity=values, gradient=0.0, speed=0.0,
             impulse_force=(math.nan,) * (2 if ndim == 2 else 6),
@@ -94,7 +98,7 @@ class UniformEngine(Engine[State]):
         return replace(after, gradient=measured.gradient, speed=measured.speed)
 
     def velocity(self, state: State) -> Array:
-        """Velocity on the nodes, free stream included, shape (2, *grid.shape) [L/T]."""
+        """Velocity on the nodes, free stream included, shape (ndim, *grid.shape) [L/T]."""
         solver = self.solver(state.grid)
         velocity = solver.velocity(state.vorticity, freestream=self.flow.freestream)
         return _added(velocity, self._outer(state, None)[0])
