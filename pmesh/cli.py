@@ -150,7 +150,7 @@ def _start(
     if estimate:
         click.echo(_forecast(case))
         return
-    report = run_case(
+    run_case(
         name,
         case,
         folder,
@@ -158,9 +158,10 @@ def _start(
         overwrite=overwrite,
         watch=[Progress()],
         checkpoint_every=checkpoint_every,
+        told=lambda metrics, cost: show(case.title, metrics, cost),
     )
-    show(case.title, report.metrics, report.cost)
-    click.echo(f"{folder}/: figure.png, fields.vtkhdf, series.csv, summary.json")
+    names = ("figure.png", "fields.vtkhdf", "series.csv", "summary.json")
+    click.echo(f"{folder}/: {', '.join(name for name in names if (folder / name).exists())}")
 
 
 def _forecast(case: Case) -> str:

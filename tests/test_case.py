@@ -106,6 +106,27 @@ def test_a_run_leaves_all_the_files_of_the_contract(tmp_path: Path) -> None:
     }
 
 
+def test_a_figure_that_cannot_be_drawn_costs_neither_the_numbers_nor_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    heard: list[object] = []
+
+    def refuse(case: ToyCase, outcome: object) -> None:
+        assert heard  # the numbers come first
+        raise InputError("the field is zero", hint="another one")
+
+    case = ToyCase.make({}, quick=True)
+    run_case("toy", case, tmp_path)
+    monkeypatch.setattr(ToyCase, "draw", refuse)
+    report = run_case(
+        "toy", case, tmp_path, resume=True, told=lambda metrics, cost: heard.append((metrics, cost))
+    )
+    assert heard == [(report.metrics, report.cost)]
+    assert "no figure could be drawn: the field is zero" in caplog.text
+    assert (tmp_path / "summary.json").exists()
+    assert not (tmp_path / "figure.png").exists()
+
+
 def test_stages_are_the_closest_snapshots_each_once_and_the_start_only_if_alone(
     tmp_path: Path,
 ) -> None:

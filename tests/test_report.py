@@ -174,6 +174,30 @@ def test_a_run_in_space_shows_its_surfaces_and_their_movie(
     assert not {"vorticity", "movie"} & set(sections(Page(page(Run(folder)))))
 
 
+def test_a_picture_that_cannot_be_drawn_is_a_line_of_the_page(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def refuse(*args: object) -> None:
+        raise InputError("the field is <nowhere>", hint="another one")
+
+    monkeypatch.setattr(module, "wake_figure", refuse)
+    monkeypatch.setattr(module, "film", refuse)
+    seen = Page(page(Run(make(tmp_path))))
+    assert {"wake", "movie", "forces", "spectrum", "series"} <= set(sections(seen))
+    assert seen.words.count("No picture: the field is <nowhere>.") == 2
+
+
+def test_cuts_in_space_have_one_scale_and_show_what_is_alive(tmp_path: Path) -> None:
+    wide = Grid((49, 33, 33), 1 / 16, (-1.0, -1.0, -1.0))
+    held = {"vorticity": ring(wide) + 1e-6}
+    one = write_snapshot(tmp_path / "1.vtkhdf", wide, held, 1, 0.0)
+    figure, _ = vortex_figure.vortex_figure(one, pixels=150)
+    cuts = [panel for panel in figure.axes if panel.images and panel.get_xlabel()]
+    assert len({panel.images[0].get_clim() for panel in cuts}) == 1
+    assert cuts[0].images[0].get_clim()[1] > 3.0
+    assert all(panel.get_xlim()[1] < 1.2 for panel in cuts)
+
+
 def test_what_is_no_run_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="holds no run"):
         report(tmp_path)

@@ -147,3 +147,10 @@ def test_parameters_outside_the_case_are_refused(options, text):
     with pytest.raises(InputError, match=text) as caught:
         SphereCase.make(options)
     assert caught.value.hint
+
+
+@pytest.mark.parametrize(("until", "times"), [(4.0, 1), (7.0, 2), (15.0, 3), (0.1, 1)])
+def test_the_last_snapshot_is_at_the_end(until, times):
+    (snapshots,) = (one for one in SphereCase(until=until).watchers() if hasattr(one, "every"))
+    assert snapshots.every <= 5.0
+    assert snapshots.every * times == pytest.approx(until, rel=1e-15)

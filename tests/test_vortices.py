@@ -17,6 +17,7 @@ from pmesh.cases.vortices import (
     GLASS,
     SHARES,
     Look,
+    NothingToShowError,
     colour_limits,
     default_levels,
     extent,
@@ -184,3 +185,40 @@ def test_levels_that_enclose_nothing_are_refused(tmp_path: Path) -> None:
     for levels in ((), (0.0,), (math.nan,)):
         with pytest.raises(InputError, match="levels must be finite numbers that are not zero"):
             looked([shot(tmp_path, 1)], "vorticity", levels=levels)
+
+
+def test_where_only_walls_have_a_vortex_it_is_looked_for_beside_them(tmp_path: Path) -> None:
+    """A box just around a ball: no node is three away from it, and some are outside."""
+    grid = Grid((8, 8, 8), 1 / 8, (-0.4375,) * 3)
+    x, y, z = grid.points()
+    chi = np.clip((0.5 - np.sqrt(x**2 + y**2 + z**2)) / 0.1, 0.0, 1.0)
+    fields = {"vorticity": np.stack([2.0 + 0 * x, 0 * x, 0 * x]), "chi": chi}
+    one = write_snapshot(tmp_path / "1.vtkhdf", grid, fields, 0, 0.0)
+    assert default_levels([one], "vorticity") == pytest.approx((2.0 * SHARES["vorticity"],))
+
+
+def test_layers_without_a_vortex_are_shown_by_their_vorticity(tmp_path: Path) -> None:
+    """Where a flow is strained and does not turn, lambda-2 is positive."""
+    x, y, z = GRID.points()
+    strained = {"velocity": np.stack([-0.5 * x, -0.5 * y, z]), "vorticity": ring()}
+    chi = shot(tmp_path, 1, chi=True)["chi"]
+    one = write_snapshot(tmp_path / "1.vtkhdf", GRID, {**strained, "chi": chi}, 0, 0.0)
+    assert usual_field(one) == "lambda2"
+    assert looked([one]).field == "vorticity"
+    with pytest.raises(NothingToShowError, match="'lambda2' is nowhere negative"):
+        looked([one], "lambda2")
+
+
+def test_snapshots_in_which_a_field_is_zero_do_not_lower_its_level(tmp_path: Path) -> None:
+    full, empty = shot(tmp_path, 1, heat=ring()[0]), shot(tmp_path, 2, heat=0 * ring()[0])
+    assert default_levels([empty, full, empty], "heat") == default_levels([full], "heat")
+
+
+def test_a_panel_without_anything_to_show_says_so(tmp_path: Path) -> None:
+    still = {"vorticity": 0 * ring()}
+    one = write_snapshot(tmp_path / "1.vtkhdf", GRID, still, 0, 0.0)
+    panel, other = panels(1, 2, (4.0, 2.0))[1].ravel()
+    assert show_isosurface(panel, one, "vorticity", colour_by="vorticity_x", **SMALL).levels == ()
+    show_isosurface(other, shot(tmp_path, 2), "vorticity", levels=[100.0], **SMALL)
+    said = [text.get_text() for one in (panel, other) for text in one.texts]
+    assert said == ["nothing to show of vorticity"] * 2

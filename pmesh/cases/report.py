@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from html import escape
 from pathlib import Path
 from string import Template
@@ -38,7 +38,7 @@ from pmesh.run.rundir import CASE, FIGURE, SERIES, SUMMARY
 from pmesh.run.series import Series, read_series
 from pmesh.run.snapshots import Snapshot, read_snapshots
 from pmesh.run.statistics import Statistics
-from remesh.errors import InputError
+from remesh.errors import InputError, PmeshError
 
 if TYPE_CHECKING:
     from pmesh.cases.case import Case
@@ -139,13 +139,13 @@ def page(run: Run, movie: Movie = "gif") -> str:
     parts = {
         "Metrics": _metrics(run),
         "Figure": _picture(run),
-        "Forces": _forces(run),
-        "Motion": _motion(run),
+        "Forces": _if_drawn(_forces, run),
+        "Motion": _if_drawn(_motion, run),
         "Statistics": _statistics(run),
-        "Spectrum": _spectrum(run),
-        "Wake" if run.forces else "Vorticity": _wake(run),
-        "Mesh": _mesh(run),
-        "Movie": _movie(run, movie),
+        "Spectrum": _if_drawn(_spectrum, run),
+        "Wake" if run.forces else "Vorticity": _if_drawn(_wake, run),
+        "Mesh": _if_drawn(_mesh, run),
+        "Movie": _if_drawn(partial(_movie, kind=movie), run),
         "Series": _ledger(run),
         "Parameters": _parameters(run),
         "Cost and version": _cost(run),
@@ -164,6 +164,14 @@ def page(run: Run, movie: Movie = "gif") -> str:
             for name, body in shown.items()
         ),
     )
+
+
+def _if_drawn(part: Callable[[Run], str], run: Run) -> str:
+    """A part of the page, or the line that says why it has no picture."""
+    try:
+        return part(run)
+    except PmeshError as error:
+        return f'<p class="soft">No picture: {escape(error.problem)}.</p>'
 
 
 def _facts(run: Run) -> Iterable[tuple[str, str]]:
@@ -260,8 +268,8 @@ def _wake(run: Run) -> str:
     from pmesh.cases.vortex_figure import vortex_figure
 
     figure, look = vortex_figure(last)
-    level = f"{look.field} = {look.levels[0]:.3g}"
-    text = f"Where {level} at t = {last.time:.5g}, and the vorticity across two planes"
+    level = f"Where {look.field} = {look.levels[0]:.3g}" if look.levels else f"No {look.field}"
+    text = f"{level} at t = {last.time:.5g}, and the vorticity across two planes"
     return drawn(figure, text)
 
 

@@ -6,7 +6,7 @@ import io
 import logging
 import subprocess
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -30,7 +30,7 @@ from pmesh.run.rundir import (
 )
 from pmesh.run.series import read_series
 from pmesh.run.summary import Cost, Metric, write_summary
-from remesh.errors import InputError
+from remesh.errors import InputError, PmeshError
 
 log = logging.getLogger("pmesh.cases")
 FILE_KEYS = ("case", "version", "commit", "parameters")  # of case.toml; others are options
@@ -55,12 +55,15 @@ def run_case(
     overwrite: bool = False,
     watch: Sequence[Watcher] = (),
     checkpoint_every: float = 30.0,
+    told: Callable[[Sequence[Metric], Cost], None] | None = None,
 ) -> Report:
     """Run a case into the directory ``out`` and leave there all the files of the run contract.
 
     Refuses, before anything is written, an ``out`` that holds another run, unless ``overwrite``;
     ``resume`` goes on from its checkpoint, with the same parameters (``until`` may change).
-    Refuses too what would not fit into the memory, where that can be predicted.
+    Refuses too what would not fit into the memory, where that can be predicted. The summary comes
+    before the figure, and ``told`` hears its numbers then; a figure that cannot be drawn is a
+    warning.
     """
     folder = Path(out)
     if resume:
@@ -93,9 +96,16 @@ def run_case(
     outcome = Outcome(series=read_series(folder / SERIES), flow=flow, state=state, folder=folder)
     metrics = case.metrics(outcome)
     write_summary(folder / SUMMARY, name, metrics, cost)
-    picture = io.BytesIO()
-    case.draw(outcome).savefig(picture, format="png", dpi=200)
-    write_atomic(folder / FIGURE, picture.getbuffer())
+    if told is not None:
+        told(metrics, cost)
+    try:
+        picture = io.BytesIO()
+        case.draw(outcome).savefig(picture, format="png", dpi=200)
+    except PmeshError as error:
+        (folder / FIGURE).unlink(missing_ok=True)  # of an earlier part of the run
+        log.warning("no figure could be drawn: %s", error)
+    else:
+        write_atomic(folder / FIGURE, picture.getbuffer())
     return Report(outcome=outcome, metrics=metrics, cost=cost)
 
 

@@ -116,10 +116,11 @@ def show_slice(
     from pmesh.cases.style import show_field
 
     cut = Plane(shot, *plane_of(plane))
+    signed = field is None
     field = f"vorticity_{cut.across}" if field is None else field
     values = cut[field]
     top = float(np.abs(values).max()) or 1.0 if limit is None else limit
-    colours = "RdBu_r" if values.min() < 0 else "viridis"
+    colours = "RdBu_r" if signed or values.min() < 0 else "viridis"
     bar = None if label == "" else label or field
     show_field(panel, values, cut.grid, limit=top, colours=colours, label=bar)
     chi = np.asarray(cut[INDICATOR], np.float64) if INDICATOR in shot.names else None

@@ -77,7 +77,7 @@ class SphereCase(Case):
     )  # fmt: skip
     kernel: str = option("M6'", "remeshing kernel")
     tolerance: float = option(1e-4, "slip residual of the penalisation", unit="U")
-    every: float = option(5.0, "time between snapshots", unit="D/U")
+    every: float = option(5.0, "largest time between snapshots, one at the end", unit="D/U")
     dtype: str = option("float64", "precision of the fields", choices=("float64", "float32"))
 
     title: ClassVar[str] = "Sphere in a stream"
@@ -159,7 +159,8 @@ class SphereCase(Case):
         """Forces, the ledger and snapshots."""
         from pmesh.run.snapshots import Snapshots
 
-        return [*super().watchers(), Snapshots(self.every, dtype="float32")]
+        even = self.until / math.ceil(self.until / self.every - 1e-9)
+        return [*super().watchers(), Snapshots(even, dtype="float32")]
 
     def drag(self, outcome: Outcome) -> Drag:
         """Drag coefficients of a run."""

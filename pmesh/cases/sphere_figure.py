@@ -10,8 +10,7 @@ from pmesh.cases.case import Outcome
 from pmesh.cases.slices import show_slice
 from pmesh.cases.sphere_laws import published, stokes_drag
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
-from pmesh.cases.vortices import looked, scalar, show_isosurface
-from remesh.errors import InputError
+from pmesh.cases.vortices import NothingToShowError, looked, scalar, show_isosurface
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from pmesh.cases.sphere import SphereCase
     from pmesh.run.snapshots import Snapshot
 
+FEWEST = 5  # steps in that time from which it is compared with the law
 EARLY = 0.3  # T up to which the first drag is shown
 VIEW = (-50.0, 20.0)  # of the camera [degrees]
 
@@ -82,7 +82,9 @@ def _draw_first(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
     panel.loglog(drag.time[shown], drag.momentum[shown], "o", ms=3.5, color=OURS,
                  label="ours, means over steps")  # fmt: skip
     judged = case.early(drag)
+    panel.set_title("first drag")
     if judged.any():
+        panel.set_title("first drag; grey: where it is compared")
         panel.axvspan(drag.begin[judged][0], drag.end[judged][-1], color="#ededed", zorder=0)
     panel.set(xlabel="$T$", ylabel="$C_D$", xlim=(0.01, EARLY))
     panel.set_xticks([0.01, 0.02, 0.05, 0.1, 0.2, 0.3])
@@ -90,8 +92,9 @@ def _draw_first(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
     for axis in (panel.xaxis, panel.yaxis):
         axis.set_major_formatter("{x:g}")
         axis.set_minor_locator(NullLocator())
-    panel.set_title("first drag; grey: where it is compared")
     panel.legend(loc="lower left")
+    if shown.sum() < FEWEST:
+        panel.set_title("first drag: too few steps to compare")
 
 
 def _draw_sides(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
@@ -123,11 +126,12 @@ def _draw_vortices(panel: Axes, case: SphereCase, outcome: Outcome) -> None:
     levels = None if case.impulse else _ring(shot)
     try:
         looked([shot], field)
-    except InputError:  # at first there are layers, and no vortex
-        field, told = "vorticity", r"$|\omega| D/U$"
+    except NothingToShowError:  # at first there are layers, and no vortex
+        field, told, levels = "vorticity", r"$|\omega| D/U$", None
     look = show_isosurface(panel, shot, field, levels=levels, colour_by=name, view=VIEW,
                            size=(1300, 850), label=label)  # fmt: skip
-    panel.set_title(f"{told} = {look.levels[0]:.3g}, $T$ = {shot.time:.4g}")
+    shown = f" = {look.levels[0]:.3g}" if look.levels else ""
+    panel.set_title(f"{told}{shown}, $T$ = {shot.time:.4g}")
 
 
 def _ring(shot: Snapshot) -> tuple[float] | None:

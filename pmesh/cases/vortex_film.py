@@ -18,7 +18,6 @@ from pmesh.cases.vortices import (
     looked,
     map_of,
     picture,
-    usual_field,
 )
 from pmesh.cases.wake import Shot
 from remesh.errors import InputError
@@ -47,15 +46,16 @@ def vortex_film(
     seen; with a ``centre`` of each snapshot it moves along. A second or two per picture.
     Refuses a run in which there is nothing to see.
     """
-    field = usual_field(shots[0]) if field is None else field
     some = shots[:: -(-len(shots) // SAMPLES)]
+    look = looked(some, field, levels=level)
+    field = look.field
     if colour_by is None:
         held = (name for name in USUAL if all(name in shot.names for shot in shots))
         colour_by = next((name for name in held if name != field), None)
         colour_by = colour_by if field in SHARES else None
     elif colour_by == "none":
         colour_by = None
-    look = looked(some, field, levels=level, colour_by=colour_by)
+    look = looked(some, field, levels=look.levels, colour_by=colour_by)
     if limit is not None and look.limits is not None:
         look = look._replace(limits=(-limit if look.limits[0] < 0 else 0.0, limit))
     places = [np.array(centre(shot) if centre else (0.0,) * 3) for shot in shots]

@@ -24,9 +24,14 @@ SKIN = 3  # nodes around bodies that are not looked at for a level
 STRONG = 0.98  # quantile outside bodies that stands for the extreme of a wake
 LIVE = 0.01  # of the largest: what is weaker is not looked at for it
 GLASS = 0.28  # opacity of the outer ones of several surfaces
+NOTE = "#6b6b6b"  # of words in an empty panel
 BODY, ALONE = "#c6c2ba", "#5b9bd5"
 UP, DOWN = "#d0644f", "#4f86c6"  # of surfaces where a signed field is positive, negative
 SIGNED, PLAIN = "coolwarm", "viridis"  # maps of colours
+
+
+class NothingToShowError(InputError):
+    """A field that has no surface in the snapshots."""
 
 
 class Look(NamedTuple):
@@ -89,45 +94,56 @@ def default_levels(shots: Sequence[Shot], field: str) -> tuple[float, ...]:
     """The level at which to draw a field: a share of its extreme in the median snapshot.
 
     Of fields of both signs, but for the criteria, the level on both sides of zero. Around bodies
-    the extreme is that of the flow away from their walls. The share of lambda-2 and of Q, which
-    are squares of rates, is about the square of the vorticity's. Refuses fields that are zero.
+    the extreme is that of the flow away from their walls, of all that is outside them where
+    nothing is away. Snapshots in which the field is zero do not count. The share of lambda-2 and
+    of Q, which are squares of rates, is about the square of the vorticity's. Refuses a field that
+    has no such extreme in any snapshot, with `NothingToShowError`.
     """
-    tops, low, high = [], 0.0, 0.0
-    for shot in shots:
-        values, away = scalar(shot, field), _away(shot)
-        values = values if away is None else values[away]
-        values = values[np.isfinite(values)]
-        if field == "lambda2":
-            values = np.minimum(values, 0.0)
-        elif field == "q":
-            values = np.maximum(values, 0.0)
-        if not values.size:
-            continue
-        low, high = min(low, float(values.min())), max(high, float(values.max()))
-        size = np.abs(values)
-        top = float(size.max())
-        if away is not None and top > 0:
-            top = float(np.quantile(size[size > LIVE * top], STRONG))
-        tops.append(top)
-    top = float(np.median(tops)) if tops else 0.0
-    if not top > 0:
-        raise InputError(f"the field {field!r} is zero in the snapshots", hint="another --field")
-    level = float(f"{SHARES.get(field, SHARE) * top:.2g}")
-    if low < -level and high > level:
-        return level, -level
-    return (-level,) if -low > high else (level,)
+    for skin in (SKIN, 0):
+        tops, low, high = [], 0.0, 0.0
+        for shot in shots:
+            least, most, top = _extremes(shot, field, skin)
+            low, high = min(low, least), max(high, most)
+            tops += [top] if top > 0 else []
+        if tops:
+            level = float(f"{SHARES.get(field, SHARE) * float(np.median(tops)):.2g}")
+            if low < -level and high > level:
+                return level, -level
+            return (-level,) if -low > high else (level,)
+    what = {"lambda2": "is nowhere negative", "q": "is nowhere positive"}.get(field, "is zero")
+    raise NothingToShowError(f"the field {field!r} {what} in the snapshots", hint="another --field")
 
 
-def _away(shot: Shot) -> NDArray[np.bool_] | None:
-    """Where bodies and their walls are not; None without bodies."""
+def _extremes(shot: Shot, field: str, skin: int) -> tuple[float, float, float]:
+    """Smallest and largest value of a field, at most and at least 0, and its size in the wake."""
+    values, away = scalar(shot, field), _away(shot, skin)
+    values = values if away is None else values[away]
+    values = values[np.isfinite(values)]
+    if field == "lambda2":
+        values = np.minimum(values, 0.0)
+    elif field == "q":
+        values = np.maximum(values, 0.0)
+    if not values.size:
+        return 0.0, 0.0, 0.0
+    size = np.abs(values)
+    top = float(size.max())
+    if away is not None and top > 0:
+        top = float(np.quantile(size[size > LIVE * top], STRONG))
+    return min(0.0, float(values.min())), max(0.0, float(values.max())), top
+
+
+def _away(shot: Shot, skin: int = SKIN) -> NDArray[np.bool_] | None:
+    """Where bodies and ``skin`` nodes beside their walls are not; None without bodies."""
     if INDICATOR not in shot.names:
         return None
     chi = np.asarray(shot[INDICATOR]) > 0
     if not chi.any():
         return None
+    if not skin:
+        return np.asarray(~chi)
     from scipy import ndimage
 
-    found: NDArray[np.bool_] = ~ndimage.binary_dilation(chi, iterations=SKIN)
+    found: NDArray[np.bool_] = ~ndimage.binary_dilation(chi, iterations=skin)
     return found
 
 
@@ -172,12 +188,17 @@ def looked(
 ) -> Look:
     """What to show, with the same levels and colours in all snapshots; what is not given is found.
 
-    The field is by default the vorticity, lambda2 in a flow past bodies.
+    The field is by default the vorticity, lambda2 in a flow past bodies if there is any.
 
-    Refuses levels that are zero or not finite, and what `scalar` refuses.
+    Refuses levels that are zero or not finite, and what `scalar` and `default_levels` refuse.
     """
-    field = usual_field(shots[0]) if field is None else field
-    given = default_levels(shots, field) if levels is None else tuple(map(float, levels))
+    asked, field = field, usual_field(shots[0]) if field is None else field
+    try:
+        given = default_levels(shots, field) if levels is None else tuple(map(float, levels))
+    except NothingToShowError:
+        if asked is not None or field == "vorticity":
+            raise
+        field, given = "vorticity", default_levels(shots, "vorticity")  # layers, and no vortex
     if not given or not all(np.isfinite(level) and level != 0 for level in given):
         raise InputError(
             f"levels must be finite numbers that are not zero, got {given}", hint="--level 1.5"
@@ -195,7 +216,7 @@ def layers_of(shot: Shot, look: Look) -> list[Layer]:
     grid, values = shot.grid, scalar(shot, look.field)
     layers = [] if (body := body_layer(shot)) is None else [body]
     colours = None if look.colour_by is None else scalar(shot, look.colour_by)
-    both = min(look.levels) < 0 < max(look.levels)
+    both = min(look.levels, default=0.0) < 0 < max(look.levels, default=0.0)
     for level in look.levels:
         phi = level - values if level > 0 else values - level
         if not phi.min() < 0 < phi.max():
@@ -288,13 +309,20 @@ def show_isosurface(
     ``levels``: of the field (by default as of `looked`), a share of its extreme if not given; of
     several the outer ones are glass. ``colour_by``: another field or component. ``label``: of the
     bar; the field's name if None, no bar if "". ``options`` as of `surfaces.render`: view, bounds,
-    size, box, ground.
-    Returns what is shown, for a next panel to show the same: its levels and limits.
+    size, box, ground. A panel without anything to show says so.
+    Returns what is shown, for a next panel to show the same: its levels (none of a field that is
+    zero) and limits.
     """
-    look = looked([shot], field, levels=levels, colour_by=colour_by, limits=limits)
+    try:
+        look = looked([shot], field, levels=levels, colour_by=colour_by, limits=limits)
+    except NothingToShowError:
+        look = Look(field or usual_field(shot), ())
     image = picture(shot, look, **options)
     bar = look.limits if label != "" else None
     show_surface(
         panel, image, title=title, colours=map_of(look), limits=bar, label=label or look.colour_by
     )
+    if not look.levels or (image == 255).all():
+        panel.text(0.5, 0.04, f"nothing to show of {look.field}", transform=panel.transAxes,
+                   ha="center", color=NOTE)  # fmt: skip
     return look
