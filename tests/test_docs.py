@@ -101,6 +101,9 @@ def test_the_script_to_start_from_runs_and_keeps_its_circulation(tmp_path):
         ("docs/space.md", 3),
         ("docs/space.md", 4),
         ("docs/space.md", 5),
+        ("docs/space.md", 6),
+        ("docs/space.md", 7),
+        ("docs/space.md", 8),
     ],
 )
 def test_the_scripts_of_the_pages_run(page, number, tmp_path):
