@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pmesh.cases.case import Case, Outcome
 from pmesh.cases.options import option
 from pmesh.cases.reference import Curve, read_table
+from pmesh.cases.rings import loss
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
 from pmesh.run.summary import Metric
 from pmesh.vortex.exact.periodic import TaylorGreenCube
@@ -260,11 +261,8 @@ class TaylorGreenCubeCase(Case):
     def _beyond(self, panel: Axes, series: Mapping[str, Any]) -> None:
         """What remeshing takes beside what viscosity does, and the divergence."""
         time = series["time"]
-        viscous = np.concatenate(
-            [[0.0], np.cumsum(0.5 * np.diff(time) * (series["dissipation"][1:]
-                                                    + series["dissipation"][:-1]))]
-        )  # fmt: skip
-        lost = (series["energy"][0] - series["energy"] - viscous) / series["energy"][0]
+        gone, viscous = loss(series)
+        lost = (gone - viscous) / series["energy"][0]
         panel.semilogy(time[1:], np.maximum(np.abs(lost[1:]), 1e-16), color=OURS,
                        label="energy lost beyond viscosity")  # fmt: skip
         panel.semilogy(time, np.maximum(series["divergence"], 1e-17), color=OTHERS[2], lw=1.1,
