@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+import threading
 
 import numpy as np
 import pytest
 
 import pmesh
+from pmesh.vortex import perturbed
+from pmesh.vortex.cost import footprint
+from pmesh.vortex.domain import SIGNIFICANT
 from pmesh.vortex.exact import StrainedRing
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.perturbed import PerturbedFlow
@@ -87,6 +91,87 @@ def test_the_step_is_set_by_the_base_flow_and_the_speed_by_where_vorticity_is():
     assert state.speed < 4.5 * norm < 8.0 * math.sqrt(3.0) * norm
 
 
+def test_a_constant_base_flow_is_a_free_stream():
+    stream = (0.7, -0.4, 0.2)
+    held = np.array(stream).reshape(3, 1, 1, 1)
+    based = PerturbedFlow(
+        grid=box(0.4), base=lambda points: np.zeros_like(points) + held, nonlinear=True,
+        domain="fixed",
+    )  # fmt: skip
+    whole = VortexFlow(grid=box(0.4), freestream=stream, domain="fixed")
+    ends = [flow.start(vorticity=dented) for flow in (based, whole)]
+    for _ in range(2):
+        ends = [flow.step(end, 0.1) for flow, end in zip((based, whole), ends, strict=True)]
+    np.testing.assert_allclose(ends[0].vorticity, ends[1].vorticity, atol=1e-13)
+
+
+def dented(points: np.ndarray) -> np.ndarray:
+    """A ring with a divergence that a stretching by the whole way would feed."""
+    values = RING.vorticity(points)
+    values[0] *= 1.2
+    return values
+
+
+def test_the_speed_is_the_largest_where_vorticity_is_bit_for_bit_for_any_slabs(monkeypatch):
+    rng = np.random.default_rng(3)
+    velocity, vorticity = rng.standard_normal((2, 3, 9, 7, 8))
+    vorticity *= 10.0 ** rng.uniform(-12, 0, (9, 7, 8))
+    size = np.abs(vorticity).max(axis=0)
+    there = (velocity**2).sum(axis=0)[size > SIGNIFICANT * size.max()]
+    assert 0 < there.size < size.size
+    for slab in (1, 2 * 7 * 8, 65_536):
+        monkeypatch.setattr(perturbed, "SLAB", slab)
+        found = perturbed._largest_among(velocity, vorticity)
+        assert found == pytest.approx(math.sqrt(there.max()), rel=1e-15)
+    assert perturbed._largest_among(velocity, np.zeros_like(vorticity)) == 0.0
+
+
+def test_cleaning_is_on_and_can_be_switched_off():
+    assert PerturbedFlow(grid=box(0.5), base=STRAIN).alone.cleaning
+    ends = {}
+    for cleaning in (True, False):
+        flow = PerturbedFlow(grid=box(0.4), base=STRAIN, cleaning=cleaning)
+        assert flow.alone.cleaning is cleaning
+        end = flow.step(flow.start(vorticity=dented), 0.05)
+        ends[cleaning] = flow.ledger(end)["divergence"]
+    assert ends[True] < 0.8 * ends[False]
+
+
+def test_single_precision_and_a_mesh_that_follows_tell_the_same_impulse():
+    ends = {}
+    for dtype, domain in (("float64", "grow"), ("float32", "follow")):
+        flow, end = strained(0.4, 0.2, dtype=dtype, domain=domain, nonlinear=True)
+        assert end.vorticity.dtype == dtype
+        ends[dtype] = impulse(flow, end)
+    np.testing.assert_allclose(ends["float32"], ends["float64"], rtol=1e-4)
+
+
+def test_two_threads_that_step_one_flow_on_two_meshes_get_their_own_base():
+    flow = PerturbedFlow(grid=box(0.5), base=STRAIN)
+    grids = [box(0.5), box(0.5, 3.0)]
+    wrong: list[Grid] = []
+
+    def ask(grid: Grid) -> None:
+        for _ in range(200):
+            base = flow.engine._base(grid)
+            if base.grid != grid or base.velocity.shape[1:] != grid.shape:
+                wrong.append(grid)
+
+    threads = [threading.Thread(target=ask, args=(grid,)) for grid in grids]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert not wrong
+
+
+def test_its_memory_is_that_of_the_flow_without_the_base_and_the_base():
+    flow = PerturbedFlow(grid=box(0.25), base=STRAIN, viscosity=0.01)
+    own, alone = footprint(flow), footprint(flow.alone)
+    base = flow.engine._base(flow.grid).velocity.nbytes
+    assert own.kept - alone.kept == own.step - alone.step == own.start - alone.start == base
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [
@@ -95,6 +180,7 @@ def test_the_step_is_set_by_the_base_flow_and_the_speed_by_where_vorticity_is():
         ({"base": ((1.0, 0, 0), (0, 1.0, 0), (0, 0, 1.0))}, "trace is 3"),
         ({"grid": Grid((16,) * 3, 0.1, boundary="periodic")}, "no period"),
         ({"viscosity": -1.0}, "viscosity"),
+        ({"cleaning": "no"}, "cleaning"),
     ],
 )
 def test_what_makes_no_sense_is_refused(options, said):

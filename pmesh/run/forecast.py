@@ -19,6 +19,7 @@ from pmesh.run.protocols import Moment, Watcher
 from pmesh.run.snapshots import Snapshots
 from pmesh.vortex.cost import footprint
 from pmesh.vortex.flow import VortexFlow
+from pmesh.vortex.perturbed import PerturbedFlow
 from remesh.grid import Grid
 
 ENOUGH = 20.0  # seconds of steps after which no further one is taken
@@ -117,9 +118,9 @@ def estimate(
 ) -> Estimate:
     """What a run of a flow takes; writes nothing.
 
-    Memory is predicted for a `VortexFlow` on a uniform mesh, before anything is made. With a
-    ``state`` a few real steps from it are timed, if they fit, with those of the watchers that write
-    nothing; with ``until`` [T] the time to the end follows.
+    Memory is predicted for a `VortexFlow` on a uniform mesh, alone or in a base flow, before
+    anything is made. With a ``state`` a few real steps from it are timed, if they fit, with those
+    of the watchers that write nothing; with ``until`` [T] the time to the end follows.
     """
     free, own = free_memory(), sum(array.nbytes for _, array in tree.arrays(state))
     told = Estimate(
@@ -137,7 +138,7 @@ def estimate(
 
 def predicted(flow: Any, watch: Sequence[Watcher] = ()) -> dict[str, int]:
     """Bytes at the peak of each part of a run; none for flows whose memory cannot be predicted."""
-    if not isinstance(flow, VortexFlow) or not isinstance(flow.grid, Grid):
+    if not isinstance(flow, VortexFlow | PerturbedFlow) or not isinstance(flow.grid, Grid):
         return {}
     own = footprint(flow)
     held = own.kept + 2 * own.state  # the loop keeps the state before
@@ -153,16 +154,17 @@ def predicted(flow: Any, watch: Sequence[Watcher] = ()) -> dict[str, int]:
     return peaks
 
 
-def writing(flow: VortexFlow, watcher: Snapshots) -> int:
+def writing(flow: VortexFlow | PerturbedFlow, watcher: Snapshots) -> int:
     """Bytes that a snapshot takes: its fields, the file's image, and a copy of the field at work.
 
     Vectors are written with three components; in the plane that takes one copy more.
     """
-    grid = flow.lattice
+    grid, bodies = flow.grid, getattr(flow, "bodies", ())
+    assert isinstance(grid, Grid)
     own = np.dtype(flow.dtype)
     kind: np.dtype[Any] = watcher.dtype or own
     parts = {"vorticity": 1 if grid.ndim == 2 else 3, "velocity": grid.ndim, "chi": 1}
-    if not flow.bodies:
+    if not bodies:
         del parts["chi"]
     names = [name for name in parts if watcher.fields is None or name in watcher.fields]
     image, most = 0, 0
@@ -172,7 +174,7 @@ def writing(flow: VortexFlow, watcher: Snapshots) -> int:
         most = max(most, image + size * (2 if parts[name] == 2 else 1))
     if kind != own:
         most += sum(parts[name] for name in names)
-    made = sum(parts[name] for name in parts if name != "vorticity")  # that no state holds
+    made = sum(parts[name] for name in names if name != "vorticity")  # that no state holds
     kept = made if watcher.reduce == 1 else 0
     share = 1.0 / float(watcher.reduce**grid.ndim)
     written = kept * own.itemsize + most * kind.itemsize * share

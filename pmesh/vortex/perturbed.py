@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from dataclasses import fields as parts_of
 from functools import cached_property
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from pmesh.vortex.domain import SIGNIFICANT
-from pmesh.vortex.engine import largest
+from pmesh.vortex.engine import SLAB
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.limits import ratio
+from pmesh.vortex.schemes import Carriage
 from pmesh.vortex.state import State
 from pmesh.vortex.uniform import UniformEngine
 from remesh.errors import InputError
@@ -36,7 +38,8 @@ class PerturbedFlow:
     with ``nonlinear`` its own velocity u is added to U, and w obeys the Navier-Stokes equations in
     that base flow. U must have no divergence and, for either to be the whole truth, no vorticity:
     ``(Omega . grad) u`` of a base vorticity Omega is left out. The step, its orders and what it
-    keeps are those of `VortexFlow`; the energy in the ledger is that of u alone.
+    keeps are those of `VortexFlow`; the energy in the ledger is that of u alone. The mean of U over
+    the mesh carries and does not stretch, like a free stream.
     Refuses a plane grid, a base that is no 3 x 3 matrix without trace and no law of points, and
     periodic axes with a matrix.
     """
@@ -53,6 +56,7 @@ class PerturbedFlow:
     radius: float = 2.0  # of its regularisation, in spacings
     stretching: Form = "conservative"  # of vorticity, see `Carriage`
     projection: int = 0  # steps between projections onto solenoidal vorticity; 0: never
+    cleaning: bool = True  # of divergence at each step, see `VortexFlow`
     diffusion: Literal["spectral", "compact"] | None = None  # None: compact
     largest_step: float = math.inf  # upper bound of dt [T]
     dtype: Literal["float64", "float32"] = "float64"
@@ -90,10 +94,8 @@ class PerturbedFlow:
     @cached_property
     def alone(self) -> VortexFlow:
         """The same vorticity without the base flow."""
-        names = (
-            "grid", "viscosity", "deformation", "kernel", "time_scheme", "domain", "order",
-            "radius", "stretching", "projection", "diffusion", "largest_step", "dtype", "threads",
-        )  # fmt: skip
+        own = ("base", "nonlinear")
+        names = [part.name for part in parts_of(self) if part.name not in own]
         return VortexFlow(**{name: getattr(self, name) for name in names})
 
     @cached_property
@@ -134,13 +136,21 @@ class PerturbedFlow:
         return self.engine.fields(state)
 
 
+class _Base(NamedTuple):
+    """A base flow on the nodes of a mesh."""
+
+    grid: Grid
+    velocity: Array  # (3, *shape) [L/T]
+    mean: tuple[float, ...]  # over the nodes [L/T]
+
+
 class _BaseEngine(UniformEngine):
     """Steps of vorticity in a base flow on one uniform mesh."""
 
     def __init__(self, flow: PerturbedFlow) -> None:
         super().__init__(flow.alone)
         self.base, self.nonlinear = flow.base, flow.nonlinear
-        self._known: tuple[Grid, Array] | None = None
+        self._known: _Base | None = None
 
     def velocity(self, state: State) -> Array:
         """See `PerturbedFlow.velocity`."""
@@ -152,18 +162,26 @@ class _BaseEngine(UniformEngine):
             into = self.buffers.take((3, *grid.shape), vorticity.dtype)
         if self.nonlinear:
             into = super()._induced(vorticity, grid, into)
-            into += self._base(grid)
+            into += self._base(grid).velocity
         else:
-            into[...] = self._base(grid)
+            into[...] = self._base(grid).velocity
         return into
 
-    def _base(self, grid: Grid) -> Array:
-        """The base flow on the nodes of a mesh, kept for the next stage."""
-        if self._known is None or self._known[0] != grid:
-            self._known = grid, self._told_base(grid)
-        return self._known[1]
+    def _carriage(self, grid: Grid) -> Carriage:
+        """The same; what the base flow does on the mean carries and does not stretch."""
+        return replace(super()._carriage(grid), drift=self._base(grid).mean)
 
-    def _told_base(self, grid: Grid) -> Array:
+    def _base(self, grid: Grid) -> _Base:
+        """The base flow on the nodes of a mesh, kept for the next stage."""
+        known = self._known
+        if known is None or known.grid != grid:
+            self._known = None  # makes room
+            velocity = self._base_on(grid)
+            means = velocity.mean(axis=(1, 2, 3), dtype=np.float64)
+            known = self._known = _Base(grid, velocity, tuple(float(u) for u in means))
+        return known
+
+    def _base_on(self, grid: Grid) -> Array:
         if callable(self.base):
             given = np.asarray(self.base(grid.points()))
             if given.shape != (3, *grid.shape) or not np.isfinite(given).all():
@@ -171,15 +189,25 @@ class _BaseEngine(UniformEngine):
                     f"the base flow must be finite, of shape {(3, *grid.shape)}, got {given.shape}",
                     hint="a function of points (3, *shape) that gives velocities of that shape",
                 )
-            return given.astype(self.flow.dtype)
+            return given.astype(self.flow.dtype)  # a copy: the law may keep its own
         axes = np.ix_(*grid.axes())
-        rows = [sum(a * x for a, x in zip(row, axes, strict=True)) for row in self.base]
-        return np.stack(rows).astype(self.flow.dtype)
+        found = np.empty((3, *grid.shape), self.flow.dtype)
+        for part, row in zip(found, self.base, strict=True):
+            part[...] = sum(a * x for a, x in zip(row, axes, strict=True))
+        return found
 
     def _measured(self, state: State, velocity: Array) -> State:
         """The same; the speed is that of the vorticity: beside it a base flow has no bound."""
-        size = np.abs(state.vorticity).max(axis=0)
-        live = size > SIGNIFICANT * size.max()
         measured = super()._measured(state, velocity)
-        speed = largest(velocity[:, live]) if live.any() else 0.0
-        return replace(measured, speed=speed)
+        return replace(measured, speed=_largest_among(velocity, state.vorticity))
+
+
+def _largest_among(velocity: Array, vorticity: Array) -> float:
+    """Largest |u| over the nodes that hold vorticity; slab by slab, that it takes no memory."""
+    floor = SIGNIFICANT * max(float(vorticity.max()), -float(vorticity.min()))
+    thick, top = max(1, SLAB // velocity[0, 0].size), 0.0
+    for low in range(0, velocity.shape[1], thick):
+        slab, size = velocity[:, low : low + thick], np.abs(vorticity[:, low : low + thick])
+        squares = np.einsum("i...,i...->...", slab, slab)
+        top = max(top, float(squares.max(initial=0.0, where=size.max(axis=0) > floor)))
+    return math.sqrt(top)
