@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -70,12 +71,34 @@ def test_taylor_and_greens_vortices_have_all_their_symmetries():
 def test_taylor_and_greens_vortices_lose_the_energy_that_a_fourier_method_tells(tmp_path):
     case = TaylorGreenCubeCase.make({"kernel": "M6'", "until": 0.8}, quick=True)
     report = run_case("taylor-green-3d", case, tmp_path)
-    assert abs(metric(report, "energy at the end").error) < 1e-3
+    assert abs(metric(report, "energy at t = 0.8").error) < 1e-3
     assert metric(report, "departure from the symmetries").passed
     assert metric(report, "rms div w over rms |grad w|").value < 1e-10
     names = {path.name for path in tmp_path.iterdir()}
     assert {"case.toml", "series.csv", "fields.vtkhdf", "checkpoint.h5", "figure.png",
             "summary.json"} <= names  # fmt: skip
+
+
+@pytest.mark.parametrize(("more", "passes"), [(0.0, True), (0.1, False)])
+def test_energy_that_viscosity_did_not_take_fails_also_beyond_the_known_history(more, passes):
+    """Energy (1 + exp(-t/5))/16, and a tenth more of the loss than the dissipation tells."""
+    case = TaylorGreenCubeCase(reynolds=400.0, until=12.0)
+    time = np.linspace(0.0, 12.0, 241)
+    fall = np.exp(-time / 5.0) / 16.0
+    energy = 0.125 - (1.0 + more) * (1.0 / 16.0 - fall)
+    series = {"time": time, "energy": energy * case.volume, "divergence": 0 * time,
+              "dissipation": fall / 5.0 * case.volume}  # fmt: skip
+    grid = Grid((16,) * 3, 2 * math.pi / 16, boundary="periodic")
+    state = SimpleNamespace(time=12.0, vorticity=case.exact.vorticity(grid.points()))
+    report = SimpleNamespace(metrics=case.metrics(SimpleNamespace(series=series, state=state)))
+    found = metric(report, "energy lost beyond viscosity, of what that took")
+    assert found.value == pytest.approx(more, abs=1e-4)
+    assert found.passed is passes
+    (known,) = (m for m in report.metrics if m.name.startswith("energy at t = ") and m.reference
+                and m.grade == "A-num")  # fmt: skip
+    end = float(known.name.rpartition(" ")[2])
+    assert end < 12.0
+    assert known.value == pytest.approx(np.interp(end, time, energy), rel=1e-3)
 
 
 def test_a_strained_ring_passes_all_that_it_is_judged_by(tmp_path):

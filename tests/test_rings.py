@@ -12,7 +12,7 @@ from pmesh.cases.registry import CASES, find
 from pmesh.cases.ring import PROJECTED, RingCase
 from pmesh.cases.ring_collision import RingCollision
 from pmesh.cases.ring_waves import RingWaves, growth
-from pmesh.cases.rings import drift, imbalance, loss
+from pmesh.cases.rings import balance, drift, imbalance, loss
 from pmesh.cases.runner import run_case
 from pmesh.run.snapshots import read_snapshots
 from remesh.errors import InputError
@@ -138,3 +138,22 @@ def test_the_energys_balance_is_what_was_lost_but_not_dissipated():
     assert imbalance(series) == pytest.approx(0.0, abs=1e-6)
     assert imbalance(series | {"dissipation": np.exp(-time) / 1.1}) == pytest.approx(0.1, rel=1e-4)
     assert drift([2.0, 2.1, 1.6]) == pytest.approx(0.2)
+
+
+def test_the_balance_says_what_it_is_a_part_of():
+    time = np.linspace(0.0, 1.0, 2001)
+    spent = {"time": time, "energy": np.exp(-time), "dissipation": np.exp(-time)}
+    assert balance(spent).name.endswith("of what that took")
+    little = {"time": time, "energy": 1.0 - 0.02 * time, "dissipation": 0.01 + 0 * time}
+    assert balance(little).name.endswith("of a tenth of the first")
+    assert balance(little).value == pytest.approx(0.1)
+    assert not balance(little).passed
+
+
+def test_on_a_coarse_mesh_the_strongest_wave_is_doubted_and_no_rate_is_told(brief):
+    name, report, _ = brief
+    if name != "ring-7500":
+        return
+    names = [metric.name for metric in report.metrics]
+    assert "strongest wave, coarse: under 5 nodes per core" in names
+    assert "its growth rate" not in names
