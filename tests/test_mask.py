@@ -11,6 +11,8 @@ from levelset.shapes import Box, Disk, Ellipsoid, Sphere
 from pmesh.bodies.body import RigidBody
 from pmesh.bodies.mask import (
     Mask,
+    _deformation_of,
+    _mask,
     at_rest,
     box_around,
     deformation_on,
@@ -61,6 +63,27 @@ def test_every_node_belongs_to_its_nearest_body():
     np.testing.assert_array_equal(both.owner[x > 0], 1)
     alone = mask(left, grid=GRID).chi + mask(right, grid=GRID).chi
     np.testing.assert_allclose(both.chi, alone, atol=1e-15)
+
+
+def test_masks_of_a_step_are_drawn_once_and_those_of_older_steps_are_let_go():
+    poses = [replace(DISK.start(), center=(0.1 * n, 0.0)) for n in range(8)]
+    drawn = [mask_of((DISK,), (pose,), GRID, 1.5 * H, 0.0) for pose in poses]
+    assert drawn[0].owner.dtype.itemsize == 2
+    assert _mask.cache_info().currsize == 3
+    again = [mask_of((DISK,), (pose,), GRID, 1.5 * H, 0.0) for pose in poses[-3:]]
+    assert all(one is other for one, other in zip(again, drawn[-3:], strict=True))
+    assert mask_of((DISK,), (poses[0],), GRID, 1.5 * H, 0.0) is not drawn[0]
+
+
+def test_each_of_many_bodies_bends_once_at_each_place_of_a_step():
+    school = [Swimmer.carling(heading=0.1 * n) for n in range(5)]
+    grid = box_around((school[0],), (school[0].start(),), FINE, 0.05)
+    for _ in range(3):
+        for time in (0.1, 0.2, 0.3):
+            for fish in school:
+                deformation_on(fish, replace(fish.start(), time=time), grid)
+    told = [_deformation_of(fish).cache_info() for fish in school]
+    assert [(one.misses, one.currsize) for one in told] == [(3, 3)] * 5
 
 
 def test_bodies_that_overlap_are_one():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -19,6 +19,7 @@ from remesh.grid import Grid
 Array = NDArray[np.floating[Any]]
 NODE = 1e-6  # a box ends on a node when it comes this close, in spacings: the same box on any mesh
 MARGIN = 4  # nodes of a box beyond the indicator: the curl's stencil and one more
+KEPT = 3  # fields of a step: at its start, where bodies are foreseen at its end, where they arrive
 STRIDE = 8  # boxes around what moves have sides of so many nodes: few shapes, few solvers
 
 
@@ -28,7 +29,7 @@ class Mask(NamedTuple):
     grid: Grid  # of the box
     chi: Array  # indicator, shape of the box
     root: Array  # its square root
-    owner: NDArray[np.int64]  # index of the nearest body at every node
+    owner: NDArray[np.int16]  # index of the nearest body at every node
     velocity: Array  # of the bodies' matter, (ndim, *shape) [L/T]; of free ones the deformation
     drift: tuple[Array, ...]  # rigid velocity and spin that each deformation lost on the mesh
 
@@ -56,7 +57,7 @@ def mask_of(
     return _mask(bodies, told, grid, width, offset, sharp)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=KEPT)
 def _mask(
     bodies: tuple[Body, ...],
     poses: tuple[Pose, ...],
@@ -86,7 +87,7 @@ def _mask(
     return Mask(grid, chi, root, owner, velocity, tuple(drifts))
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)  # at the start and at the end of a step
 def swelling(
     bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, width: float
 ) -> Array | None:
@@ -111,12 +112,20 @@ def swelling(
 
 def deformation_on(body: Body, pose: Pose, grid: Grid) -> Array | None:
     """Velocity [L/T] of a body's matter beyond the rigid motion, on the nodes; None if rigid."""
-    return _deformation(body, at_rest((body,), (pose,))[0], grid) if body.deforming else None
+    if not body.deforming:
+        return None
+    return _deformation_of(body)(at_rest((body,), (pose,))[0], grid)
 
 
 @lru_cache(maxsize=16)
-def _deformation(body: Body, place: Pose, grid: Grid) -> Array | None:
-    return body.deformation(grid.points(), place)
+def _deformation_of(body: Body) -> Callable[[Pose, Grid], Array | None]:
+    """The law of one body, which keeps the last few fields it gave."""
+
+    @lru_cache(maxsize=KEPT)
+    def deformation(place: Pose, grid: Grid) -> Array | None:
+        return body.deformation(grid.points(), place)
+
+    return deformation
 
 
 def box_around(bodies: tuple[Body, ...], poses: tuple[Pose, ...], grid: Grid, reach: float) -> Grid:
@@ -147,16 +156,16 @@ def moves(body: Body) -> bool:
     return body.deforming or body.motion.moving
 
 
-@lru_cache(maxsize=4)
+@lru_cache(maxsize=2)
 def _nearest(
     bodies: tuple[Body, ...], places: tuple[Pose, ...], grid: Grid
-) -> tuple[NDArray[np.int64], Array]:
+) -> tuple[NDArray[np.int16], Array]:
     """The nearest body at every node, and its distance."""
     points = grid.points()
     distances = np.stack(
         [body.distance(points, place) for body, place in zip(bodies, places, strict=True)]
     )
-    return np.argmin(distances, axis=0), distances.min(axis=0)
+    return np.argmin(distances, axis=0).astype(np.int16), distances.min(axis=0)
 
 
 def at_rest(bodies: Sequence[Body], poses: Sequence[Pose]) -> tuple[Pose, ...]:
