@@ -16,6 +16,7 @@ from pmesh.run.snapshots import (
     write_index,
     write_snapshot,
 )
+from pmesh.vortex.asked import AskedFields
 from remesh.errors import InputError, StorageError
 from remesh.grid import Grid
 from remesh.halving import halved, halved_grid
@@ -89,6 +90,30 @@ def test_a_run_directory_can_be_moved(tmp_path: Path) -> None:
     (tmp_path / "here").rename(tmp_path / "there")
     with h5py.File(tmp_path / "there/fields.vtkhdf", "r") as file:
         assert np.isfinite(file["VTKHDF/PointData/vorticity"][()]).all()
+
+
+class Unasked(Decay):
+    """A flow whose velocity nobody may ask for."""
+
+    def fields(self, state: Any) -> Any:
+        """The velocity is not there to be computed."""
+
+        def never() -> Any:
+            raise AssertionError("the velocity was computed")
+
+        return AskedFields({"vorticity": lambda: state.vorticity, "velocity": never})
+
+
+def test_fields_that_are_not_written_are_not_computed(tmp_path: Path) -> None:
+    flow = Unasked(grid=Grid((6, 5), 0.1))
+    watch = [Snapshots(every=0.5, fields=["vorticity"])]
+    run(flow, flow.start(), until=0.5, out=tmp_path / "one", watch=watch)
+    assert len(read_snapshots(tmp_path / "one")) == 2
+    with pytest.raises(AssertionError, match="was computed"):
+        run(flow, flow.start(), until=0.5, out=tmp_path / "all", watch=[Snapshots(every=0.5)])
+    none = [Snapshots(every=0.5, fields=["speed"])]
+    with pytest.raises(InputError, match="velocity"):
+        run(flow, flow.start(), until=0.5, out=tmp_path / "none", watch=none)
 
 
 def test_fields_can_be_chosen_and_stored_in_single_precision(tmp_path: Path) -> None:

@@ -56,6 +56,7 @@ class Observable(Protocol[T_contra]):
         """Fields by name: scalars ``shape``, vectors ``(ndim, *shape)``.
 
         On the nodes of ``state.grid``; of a state that has ``blocks`` on those, with their shape.
+        The mapping may compute a field only when it is asked for.
         """
 
 

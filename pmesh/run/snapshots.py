@@ -46,14 +46,15 @@ NAME = re.compile(r"fields(-\w+)?")
 class Snapshots:
     """A watcher that writes the flow's fields at every multiple of ``every`` [T], and at the start.
 
-    ``fields`` names the fields to write, all of them by default; ``dtype`` (such as "float32") what
-    they are stored as. ``reduce`` 2, 4, ... keeps only every second, fourth, ... node along each
-    axis, of fields smoothed by the half-band weights of `remesh.halving`, which keep moments below
-    the fourth; of yes and no what more than half of it says. The nodes kept stay on one lattice
-    when the domain grows or moves. Snapshots are written below ``name``, by default "fields",
-    "fields-2" if reduced by 2: each watcher of a run a name of its own, ``fields`` or
-    ``fields-word``. Costs the file's image in memory, and a copy of one field. Refuses to reduce
-    the blocks of an adaptive mesh, and periodic axes that ``reduce`` does not divide.
+    ``fields`` names the fields to write, all of them by default: of a flow that computes fields
+    when they are asked for, the others cost nothing. ``dtype`` (such as "float32"): what they are
+    stored as. ``reduce`` 2, 4, ... keeps only every second, fourth, ... node along each axis, of
+    fields smoothed by the half-band weights of `remesh.halving`, which keep moments below the
+    fourth; of yes and no what more than half of it says. The nodes kept stay on one lattice when
+    the domain grows or moves. Snapshots are written below ``name``, by default "fields", "fields-2"
+    if reduced by 2: each watcher of a run a name of its own, ``fields`` or ``fields-word``. Costs
+    the file's image in memory, and a copy of one field. Refuses to reduce the blocks of an adaptive
+    mesh, and periodic axes that ``reduce`` does not divide.
     """
 
     def __init__(
