@@ -165,6 +165,17 @@ def test_two_threads_that_step_one_flow_on_two_meshes_get_their_own_base():
     assert not wrong
 
 
+def test_its_fields_are_vorticity_and_the_whole_velocity():
+    flow = PerturbedFlow(grid=box(0.5), base=STRAIN, nonlinear=True)
+    state = flow.start(vorticity=RING.vorticity)
+    fields = flow.fields(state)
+    assert list(fields) == ["vorticity", "velocity"]
+    assert fields["vorticity"] is state.vorticity
+    base = RING.base_velocity(state.grid.points())
+    whole = flow.alone.velocity(flow.alone.start(vorticity=RING.vorticity)) + base
+    np.testing.assert_allclose(fields["velocity"], whole, atol=1e-14)
+
+
 def test_its_memory_is_that_of_the_flow_without_the_base_and_the_base():
     flow = PerturbedFlow(grid=box(0.25), base=STRAIN, viscosity=0.01)
     own, alone = footprint(flow), footprint(flow.alone)

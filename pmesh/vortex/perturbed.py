@@ -12,6 +12,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from pmesh.vortex.asked import AskedFields
 from pmesh.vortex.domain import SIGNIFICANT
 from pmesh.vortex.engine import SLAB
 from pmesh.vortex.flow import VortexFlow
@@ -132,7 +133,7 @@ class PerturbedFlow:
         return {}
 
     def fields(self, state: State) -> Mapping[str, Array]:
-        """Vorticity, and what carries it, on the nodes."""
+        """Vorticity, and what carries it, on the nodes; computed when asked for."""
         return self.engine.fields(state)
 
 
@@ -151,6 +152,12 @@ class _BaseEngine(UniformEngine):
         super().__init__(flow.alone)
         self.base, self.nonlinear = flow.base, flow.nonlinear
         self._known: _Base | None = None
+
+    def fields(self, state: State) -> Mapping[str, Array]:
+        """See `PerturbedFlow.fields`."""
+        return AskedFields(
+            {"vorticity": lambda: state.vorticity, "velocity": lambda: self.velocity(state)}
+        )
 
     def velocity(self, state: State) -> Array:
         """See `PerturbedFlow.velocity`."""
