@@ -105,6 +105,17 @@ def test_arrays_of_work_are_those_that_lie_idle_between_steps(ndim, scheme, opti
     assert peak == 2 * own.state + grid.size * 8
 
 
+def test_with_axes_of_both_kinds_the_ledger_asks_for_one_table_more():
+    """The stream function's, made while all arrays of work are there."""
+    sides = (("periodic", "unbounded", "unbounded"), ("unbounded",) * 3)
+    mixed, free = (
+        footprint(VortexFlow(grid=Grid((16,) * 3, 0.1, boundary=side), viscosity=0.1))
+        for side in sides
+    )
+    assert mixed.ledger > mixed.step
+    assert free.ledger == free.step  # where it asks for none
+
+
 def test_half_the_precision_is_half_of_what_is_kept():
     def kept(dtype):
         return footprint(VortexFlow(grid=Grid((256, 192), 0.1), viscosity=1e-3, dtype=dtype)).kept

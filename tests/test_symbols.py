@@ -1,10 +1,12 @@
 """Multiplier tables: symmetric, cached, equal to the transform of the sampled kernel."""
 
 import math
+from collections import OrderedDict
 
 import numpy as np
 import pytest
 
+from pmesh.spectral import symbols
 from pmesh.spectral.greens import hej
 from pmesh.spectral.symbols import Box, Greens, multipliers
 from remesh.errors import InputError
@@ -73,3 +75,15 @@ def test_unbounded_axes_are_doubled_and_periodic_ones_kept():
 def test_unknown_green_functions_are_refused(options, words):
     with pytest.raises(InputError, match=words):
         Greens(**options)
+
+
+def test_large_tables_of_one_box_are_made_once_and_go_when_another_box_comes(monkeypatch):
+    monkeypatch.setattr(symbols, "_KEPT", OrderedDict())
+    monkeypatch.setattr(symbols, "_KEPT_BYTES", 100)
+    box, other = (Box((n, 6), 0.25, (False, True)) for n in (9, 11))
+    slopes = multipliers(box, Greens(), [(1, 0), (0, 1)], "f8")
+    (stream,) = multipliers(box, Greens(), [(0, 0)], "f8")
+    again = multipliers(box, Greens(), [(1, 0), (0, 1), (0, 0)], "f8")
+    assert all(one is two for one, two in zip(again, [*slopes, stream], strict=True))
+    multipliers(other, Greens(), [(0, 0)], "f8")
+    assert {key[0] for key in symbols._KEPT} == {other}

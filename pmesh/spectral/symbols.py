@@ -119,7 +119,7 @@ def multipliers(
 
     G solves -laplace G = delta. A derivative counts how often each axis is differentiated. Only
     wavenumbers >= 0 are kept: a table is odd along an axis with one derivative, else even. Tables
-    are kept for the next call: those just asked for, and others up to 1 GB in all.
+    are kept for the next call: those of the box and kernel just asked for, others up to 1 GB.
     """
     keys = [(box, greens, derivative, np.dtype(dtype).char) for derivative in derivatives]
     missing = [d for d, key in zip(derivatives, keys, strict=True) if key not in _KEPT]
@@ -134,10 +134,9 @@ def multipliers(
                 table = _tables(box, greens, [derivative], dtype)[derivative]
             _KEPT[key] = table
             tables.append(table)
-        while sum(table.nbytes for table in _KEPT.values()) > _KEPT_BYTES:
-            if next(iter(_KEPT)) in keys:
-                break
-            _KEPT.popitem(last=False)
+        others = [key for key in _KEPT if key[:2] != (box, greens)]
+        while others and sum(table.nbytes for table in _KEPT.values()) > _KEPT_BYTES:
+            del _KEPT[others.pop(0)]
     return tables
 
 

@@ -93,6 +93,7 @@ def footprint(flow: VortexFlow | PerturbedFlow) -> Footprint:
         return round(_fields(table, flow, based) * grid.size * number)
 
     state, given = held(START), _vorticities(grid) * grid.size * 8
+    extra = making if _mixed(grid) else 0  # of the stream function's table, in the first ledger
     velocity, base = grid.ndim * grid.size * number, held(KEPT)
     kept = held(WORK) - state + base + solver
     return Footprint(
@@ -100,7 +101,7 @@ def footprint(flow: VortexFlow | PerturbedFlow) -> Footprint:
         kept=kept,
         start=given + state + base + max(making, velocity + solver) + round(BODIES["start"] * box),
         step=held(STEP) + state + kept + round(BODIES["step"] * box),
-        ledger=held(LEDGER) + kept,
+        ledger=held(LEDGER) + kept + extra,
     )
 
 
@@ -111,6 +112,11 @@ def _alone(flow: VortexFlow | PerturbedFlow) -> VortexFlow:
 
 def _vorticities(grid: Grid) -> int:
     return 1 if grid.ndim == 2 else 3
+
+
+def _mixed(grid: Grid) -> bool:
+    """Whether the ledger asks for the stream function too: in space, with axes of both kinds."""
+    return grid.ndim == 3 and any(grid.periodic) and not all(grid.periodic)
 
 
 def _fields(table: tuple[Held, ...], flow: VortexFlow, based: bool) -> float:
@@ -138,12 +144,13 @@ def _solver(flow: VortexFlow, grid: Grid) -> tuple[int, int, int]:
     """Bytes of the velocity solver: its buffers, its tables, and the peak of making those."""
     number, ndim = np.dtype(flow.dtype).itemsize, grid.ndim
     box, sources = Box.around(grid), _vorticities(grid)
+    solved = ndim + (1 if _mixed(grid) else 0)
     compact = getattr(flow.engine, "compact", False)  # spreads on the nodes
     outputs = ndim + (sources if flow.viscosity > 0 and not compact else 0)
     table = math.prod(box.half)
     free = len(box.axes(periodic=False))
     doubles = PLANE if (ndim, free) == (2, 2) else MAKING[free] + (ndim - 1 if free == 0 else 0)
-    tables = ndim * table * number
+    tables = solved * table * number
     return (
         transforms(grid, flow.dtype, flow.threads, sources, outputs),
         tables,
