@@ -11,7 +11,7 @@ import pytest
 from toy import ToyCase
 
 from pmesh.cases import runner
-from pmesh.cases.options import closest, option, options
+from pmesh.cases.options import closest, option, options, spelt
 from pmesh.cases.registry import CASES, find
 from pmesh.cases.runner import read_case, run_case
 from pmesh.run.series import read_series
@@ -48,6 +48,18 @@ def test_text_becomes_a_value_of_the_right_type(name: str, text: str, value: obj
     found = options(ToyCase)[name].parse(text)
     assert found == value
     assert type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [(1 / 12, "1/12"), (0.25 / 3, "1/12"), (1 / 3.523, "1000/3523"), (-1 / 24, "-1/24"),
+     (1 / 40, "0.025"), (1e-10, "1e-10"), (0.0, "0"), (1000.0, "1000"), (0.1 + 0.2, "0.3"),
+     (np.pi, "3.14159265359"), ((0.5, 1 / 3), "0.5,1/3"), ("", '""'), (None, "auto")],
+)  # fmt: skip
+def test_a_number_is_spelt_as_short_as_it_can_be_read(value: object, text: str) -> None:
+    assert spelt(value) == text
+    if isinstance(value, float) and "/" in text:
+        assert options(ToyCase)["rate"].parse(text) == pytest.approx(value, rel=4e-16)
 
 
 def test_literal_types_are_choices() -> None:

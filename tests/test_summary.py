@@ -82,11 +82,15 @@ def test_the_closing_table_shows_value_reference_error_and_result() -> None:
         Metric("peak drag", 1.29, 1.287, 0.03, "B", "K&L [1995]"),
         Metric("slip", 0.2, 0.0, 0.1, kind="absolute"),
         Metric("steps", 12, kind="report"),
+        Metric("speed", 0.9, 1.0, 0.02, kind="report"),
     ]
     show("Cylinder", metrics, COST, stream)
     text = stream.getvalue()
     for word in ("peak drag", "1.29", "1.287", "0.233 %", "3 %", "pass", "FAIL", "K&L [1995]"):
         assert word in text
+    (speed,) = (line for line in text.splitlines() if " speed " in f" {line} ")
+    assert "not judged" in speed
+    assert text.count("not judged") == 1
     assert "10 steps in 2.0 s, 2.00 million particle steps per second" in text
 
 

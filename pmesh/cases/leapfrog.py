@@ -100,9 +100,11 @@ class LeapfrogCase(RingsCase):
         height = series["ring_height"] - series["ring_height"][0]
         weights = theory.radii**2
         far = (weights * theory.heights).sum(axis=0) / weights.sum(axis=0)
+        thick = "" if self.core <= THIN else ", of cores too thick for it"
         metrics = [
-            Metric("travel of the centroid", height[-1], float(far[-1] - far[0]), ALLOWED, "A",
-                   PAPER, "relative" if self.core <= THIN else "report"),
+            Metric(f"travel of the centroid, beside thin rings{thick}", height[-1],
+                   float(far[-1] - far[0]), ALLOWED, "A", PAPER,
+                   "relative" if self.core <= THIN else "report"),
             Metric("largest difference of a radius", float(apart), kind="report"),
         ]  # fmt: skip
         if len(times):
@@ -167,8 +169,9 @@ class LeapfrogCase(RingsCase):
             panel.plot(ours.heights[k], ours.radii[k], color=colour,
                        label=f"ours, {('rear', 'front')[k]} at the start")  # fmt: skip
             panel.plot(ours.heights[k, 0], ours.radii[k, 0], "o", color=colour)
-        panel.set(title="paths of the cores", xlabel="height, in $R$", ylabel="radius, in $R$")
-        panel.legend(loc="upper left")
+        panel.set(title="paths of the cores", xlabel="height, in $R$",
+                  ylabel="mean radius of a core, in $R$")  # fmt: skip
+        panel.legend(loc="best")
 
     def _distance(self, panel: Axes, ours: Tracks) -> None:
         """How far the first ring is ahead of the second."""
@@ -179,7 +182,8 @@ class LeapfrogCase(RingsCase):
         panel.axhline(0.0, color=OTHERS[2], lw=0.8)
         panel.set(title="lead of the ring that began behind, in $R$",
                   xlabel=r"time $t\,\Gamma/R^2$")  # fmt: skip
-        panel.legend(loc="upper left")
+        panel.margins(y=0.2)
+        panel.legend(loc="best")
 
 
 def tracks(series: Series) -> Tracks:

@@ -14,6 +14,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 from remesh.errors import InputError
 
 T = TypeVar("T")
+LONG, WHOLE = 8, 10_000  # characters of a number to leave as it is, the largest denominator
 EXAMPLES = {"float": "0.5", "int": "128", "bool": "true", "float ...": "0.5,1.0"}
 
 
@@ -165,12 +166,23 @@ def closest(name: str, known: Iterable[str]) -> str | None:
 
 
 def spelt(value: Any) -> str:
-    """The text that means a value on the command line."""
+    """The text that means a value on the command line, such as 1/12 for that fraction."""
     if isinstance(value, tuple | list):
         return ",".join(spelt(part) for part in value)
     if value is None or isinstance(value, bool):
         return "auto" if value is None else str(value).lower()
-    return f"{value:.12g}" if isinstance(value, float) else str(value)
+    if isinstance(value, float):
+        return _number(value)
+    return str(value) or '""'
+
+
+def _number(value: float) -> str:
+    """Twelve digits, or the fraction that a long number is to round-off."""
+    text = f"{value:.12g}"
+    if len(text) <= LONG or not math.isfinite(value):
+        return text
+    part = Fraction(value).limit_denominator(WHOLE)
+    return str(part) if part and abs(float(part) / value - 1.0) < 4e-16 else text
 
 
 def _parse(kind: type, text: str) -> Any:

@@ -192,7 +192,8 @@ def _metrics(run: Run) -> str:
     rows = []
     for metric in run.summary.get("metrics", ()):
         numbers = [number(metric[key]) for key in ("value", "reference", "error", "tolerance")]
-        result = {True: span("pass", "pass"), False: span("fail", "FAIL"), None: ""}
+        aside = "" if metric["reference"] is None else span("soft", "not judged")
+        result = {True: span("pass", "pass"), False: span("fail", "FAIL"), None: aside}
         words = [escape(str(metric[key])) for key in ("grade", "source")]
         rows.append([escape(metric["name"]), *numbers, result[metric["pass"]], *words])
     if not rows:

@@ -138,6 +138,8 @@ def show(case: str, metrics: Sequence[Metric], cost: Cost, stream: IO[str] | Non
         table.add_column(name, justify=side, no_wrap=name not in ("metric", "source"))
     for metric in metrics:
         result, colour = RESULTS[metric.passed]
+        if metric.passed is None and metric.reference is not None:
+            result = "not judged"
         relative = metric.kind == "relative" or (metric.kind == "report" and metric.reference)
         cells = (
             Text(metric.name),
