@@ -126,5 +126,6 @@ def show_slice(
     chi = np.asarray(cut[INDICATOR], np.float64) if INDICATOR in shot.names else None
     draw_bodies(panel, cut.grid, chi=chi)
     panel.set(xlabel=f"${cut.labels[0]}$", ylabel=f"${cut.labels[1]}$")
-    panel.set_title(f"${cut.across}$ = {cut.place:.4g}" if title is None else title)
+    place = cut.place if abs(cut.place) > 1e-9 * cut.grid.spacing else 0.0
+    panel.set_title(f"${cut.across}$ = {place:.4g}" if title is None else title)
     return top
