@@ -14,6 +14,7 @@ from pmesh.bodies.body import Body
 from pmesh.bodies.mask import at_rest
 from pmesh.bodies.pose import Pose
 from pmesh.vortex import ledger
+from pmesh.vortex.asked import AskedFields
 from pmesh.vortex.budget import Moments, dot, energy, potential_energy
 from pmesh.vortex.buffers import Buffers
 from pmesh.vortex.constraint import Wall
@@ -144,15 +145,19 @@ class UniformEngine(Engine[State]):
         }
 
     def fields(self, state: State) -> Mapping[str, Array]:
-        """Vorticity and velocity on the nodes; with bodies their indicator too."""
-        fields = {"vorticity": state.vorticity, "velocity": self.velocity(state)}
+        """Vorticity and velocity on the nodes; with bodies their indicator too: when asked for."""
+        laws = {"vorticity": lambda: state.vorticity, "velocity": lambda: self.velocity(state)}
         if self.flow.bodies:
-            wall = self.wall(state)
-            chi = np.zeros(state.grid.shape, state.vorticity.dtype)
-            window = wall.window(wall.near)
-            chi[window.mesh] = wall.mask().chi[window.box]
-            fields["chi"] = chi
-        return fields
+            laws["chi"] = lambda: self._indicator(state)
+        return AskedFields(laws)
+
+    def _indicator(self, state: State) -> Array:
+        """Where the bodies are, on the nodes."""
+        wall = self.wall(state)
+        chi = np.zeros(state.grid.shape, state.vorticity.dtype)
+        window = wall.window(wall.near)
+        chi[window.mesh] = wall.mask().chi[window.box]
+        return chi
 
     def _first_half(
         self, state: State, passage: Passage | None, outer: Array | None, dt: float
