@@ -109,8 +109,8 @@ FAULTS = [
     ),
     Fault(
         "what crosses an edge is not counted", "pmesh/vortex/uniform.py",
-        "lost_circulation=state.lost_circulation + lost)",
-        "lost_circulation=state.lost_circulation)", "flow constraint",
+        "lost = state.lost_circulation + lost", "lost = state.lost_circulation + 0 * lost",
+        "flow constraint",
     ),
     Fault(
         "impulse of the wrong sign", "pmesh/vortex/ledger.py",
@@ -118,7 +118,7 @@ FAULTS = [
     ),
     Fault(
         "drag of the wrong sign", "pmesh/vortex/loads.py",
-        "(gain - sums[number, :2])", "(gain + sums[number, :2])", "constraint",
+        "force=_plain((gain - sums[number, :n]) / dt)", "force=_plain((gain + sums[number, :n]) / dt)", "constraint",
     ),
     Fault(
         "drag that forgets the force of the first half step", "pmesh/vortex/passage.py",
@@ -187,11 +187,11 @@ FAULTS = [
     ),
     Fault(
         "a free body forgets the momentum it has", "pmesh/bodies/freedom.py",
-        "push.append((momentum + hold", "push.append((hold", "freedom passage",
+        "given = momentum + hold", "given = hold", "freedom passage",
     ),
     Fault(
         "the force of a moving body forgets the fluid in its place", "pmesh/vortex/loads.py",
-        "force=tuple(float(x) for x in (gain - sums", "force=tuple(float(x) for x in (-sums",
+        "_plain((gain - sums[number, :n]) / dt)", "_plain((-sums[number, :n]) / dt)",
         "passage freedom routes",
     ),
     Fault(
