@@ -118,7 +118,8 @@ FAULTS = [
     ),
     Fault(
         "drag of the wrong sign", "pmesh/vortex/loads.py",
-        "force=_plain((gain - sums[number, :n]) / dt)", "force=_plain((gain + sums[number, :n]) / dt)", "constraint",
+        "force=_plain((gain - sums[number, :n]) / dt)",
+        "force=_plain((gain + sums[number, :n]) / dt)", "constraint",
     ),
     Fault(
         "drag that forgets the force of the first half step", "pmesh/vortex/passage.py",
