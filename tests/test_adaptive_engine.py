@@ -403,8 +403,8 @@ def test_what_an_adaptive_mesh_cannot_do_is_refused_with_advice(options, text):
 @pytest.mark.parametrize(
     ("vorticity", "text"),
     [
-        (np.ones((3, 4)), r"must have the grid's shape \(64, 64\), got \(3, 4\)"),
-        (np.ones((2, 64, 64)), "must have the grid's shape"),
+        (np.ones((3, 4)), r"must have the shape \(64, 64\) on this grid, got \(3, 4\)"),
+        (np.ones((2, 64, 64)), "must have the shape"),
         (np.full((64, 64), np.nan), "must be finite, 4096 values"),
         (np.ones((64, 64), complex), "must hold real numbers"),
         (lambda points: points[0] * np.nan, "must be finite"),
