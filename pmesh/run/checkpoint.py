@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import importlib
 import io
+import struct
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from fractions import Fraction
@@ -95,6 +96,18 @@ def _open(path: Path, use: Callable[[Any], Any]) -> Any:
         raise StorageError(f"{path} is cut short or damaged: {error}", hint=fresh) from error
 
 
+def _spelt(value: float) -> str:
+    """Every bit of a float as text; NaNs are of many kinds."""
+    return value.hex() if value == value else f"nan {struct.pack('>d', value).hex()}"
+
+
+def _number(text: str) -> float:
+    """The float that `_spelt` wrote."""
+    if text.startswith("nan "):
+        return float(struct.unpack(">d", bytes.fromhex(text[4:]))[0])
+    return float.fromhex(text)
+
+
 def _write(parent: h5py.Group, name: str, value: Any) -> None:
     """Write one node of the tree; its attribute ``kind`` says what it is."""
     if isinstance(value, np.ndarray | np.generic):
@@ -114,7 +127,7 @@ def _write(parent: h5py.Group, name: str, value: Any) -> None:
         node.attrs["kind"] = "none"
     elif type(value) in SCALARS.values():
         node.attrs["kind"] = type(value).__name__
-        node.attrs["value"] = value.hex() if isinstance(value, float) else str(value)
+        node.attrs["value"] = _spelt(value) if isinstance(value, float) else str(value)
     elif tree.is_record(value):
         node.attrs["kind"] = "record"
         node.attrs["class"] = f"{type(value).__module__}:{type(value).__qualname__}"
@@ -150,7 +163,7 @@ def _read(node: Any, trusted: dict[str, type]) -> Any:
     if kind in SCALARS:
         text = str(node.attrs["value"])
         if kind == "float":
-            return float.fromhex(text)
+            return _number(text)
         return text == "True" if kind == "bool" else SCALARS[kind](text)
     parts = {name: _read(part, trusted) for name, part in node.items()}
     if kind == "record":
