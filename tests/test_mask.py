@@ -76,7 +76,7 @@ def test_masks_of_a_step_are_drawn_once_and_those_of_older_steps_are_let_go():
 
 
 def test_each_of_many_bodies_bends_once_at_each_place_of_a_step():
-    school = [Swimmer.carling(heading=0.1 * n) for n in range(5)]
+    school = [Swimmer.carling(heading=0.1 * n, samples=201) for n in range(5)]  # of no other test
     grid = box_around((school[0],), (school[0].start(),), FINE, 0.05)
     for _ in range(3):
         for time in (0.1, 0.2, 0.3):

@@ -72,7 +72,7 @@ class SphereCase(Case):
     )
     deformation: float = option(0.25, "largest dt * max|grad u|")
     stretching: str = option(
-        "classical", "form of the stretching; in a window only the classical one is stable",
+        "classical", "form of the stretching; both are stable, this one carries divergence off",
         choices=("classical", "conservative"),
     )  # fmt: skip
     kernel: str = option("M6'", "remeshing kernel")

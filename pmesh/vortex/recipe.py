@@ -150,7 +150,8 @@ def _check_adaptive(flow: VortexFlow) -> None:
 
 
 def _check_window(flow: VortexFlow) -> None:
-    window, hint = flow.window, "window=Window(lower=(3, 3), upper=(12, 3))"
+    sides = (3,) * flow.grid.ndim
+    window, hint = flow.window, f"window=Window(lower={sides}, upper={(12, *sides[1:])})"
     if window is None:
         return
     if not isinstance(window, Window):
