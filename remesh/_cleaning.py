@@ -6,15 +6,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from remesh._rows import any_value
+from remesh import _rows, _stretching
+from remesh._rows import any_value, row_of
+from remesh._stretching import pad
+from remesh.compiled import drop_stale
 
-
-@njit(cache=True, nogil=True)
-def place_of(index, nodes, wraps):
-    """A row's index, wrapped on a periodic axis; -1 beyond an unbounded edge."""
-    if wraps:
-        return index % nodes
-    return index if 0 <= index < nodes else -1
+drop_stale(__file__, _rows.__file__, _stretching.__file__)
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -29,10 +26,7 @@ def add_along(row, line, weights, wraps, out):
     """out += the difference of a row along itself; ``line`` is scratch with room at both ends."""
     reach = weights.size
     nodes = row.size
-    line[reach : reach + nodes] = row
-    for m in range(reach):
-        line[m] = row[(m - reach) % nodes] if wraps else 0
-        line[reach + nodes + m] = row[m % nodes] if wraps else 0
+    pad(row, wraps, False, line)
     for m in range(reach):
         ahead = line[reach + m + 1 : reach + m + 1 + nodes]
         behind = line[reach - m - 1 : reach - m - 1 + nodes]
@@ -47,7 +41,7 @@ def add_across(field, i, j, axis, weights, wraps, out):
     nodes = field.shape[axis]
     for m in range(weights.size):
         for side in (1, -1):
-            a = place_of((i if axis == 0 else j) + side * (m + 1), nodes, wraps)
+            a = row_of((i if axis == 0 else j) + side * (m + 1), nodes, wraps, False)
             if a < 0:
                 continue
             row = field[a, j] if axis == 0 else field[i, a]

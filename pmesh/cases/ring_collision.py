@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pmesh.cases.case import Outcome
 from pmesh.cases.coaxial import half_plane_flux, ring_below
 from pmesh.cases.options import option
-from pmesh.cases.rings import RingsCase, balance, departures, loss, portraits
+from pmesh.cases.rings import RingsCase, balance, departures, loss, staged_sheet
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
 from pmesh.run.summary import Metric
 from pmesh.vortex.exact.rings import head_on
@@ -126,17 +126,9 @@ class RingCollision(RingsCase):
     @styled
     def draw(self, outcome: Outcome) -> Figure:
         """Surfaces at stages, the radius beside thin rings, energy, and what is kept."""
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(11.5, 6.6), layout="constrained")
-        rows = figure.add_gridspec(2, 1, height_ratios=(1.15, 1.0))
-        seen = min(4, self.pictures)
-        times = np.linspace(self.until / seen, self.until, seen)
-        top = rows[0].subgridspec(1, seen)
-        portraits(figure, [top[k] for k in range(seen)], outcome, times.tolist(),
-                  view=(-60.0, 35.0))  # fmt: skip
-        below = rows[1].subgridspec(1, 3)
-        axes = [figure.add_subplot(below[k]) for k in range(3)]
+        figure, axes = staged_sheet(
+            outcome, self.until, self.pictures, (1.0, 1.0, 1.0), view=(-60.0, 35.0)
+        )
         self._radius(axes[0], outcome.series)
         self._energy(axes[1], outcome.series)
         self._kept(axes[2], outcome.series)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from pmesh.cases.case import Outcome
 from pmesh.cases.coaxial import half_plane_flux, waves, whole_ring
 from pmesh.cases.options import option
-from pmesh.cases.rings import RingsCase, balance, drift, loss, portraits
+from pmesh.cases.rings import RingsCase, balance, drift, loss, staged_sheet
 from pmesh.cases.style import OTHERS, OURS, REFERENCE, name_panels, styled
 from pmesh.run.summary import Metric
 from pmesh.vortex.exact.rings import GaussianRing, VortexRing
@@ -139,17 +139,9 @@ class RingWaves(RingsCase):
     @styled
     def draw(self, outcome: Outcome) -> Figure:
         """Surfaces at stages, waves over time with the fitted growth, energy."""
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(11.5, 6.6), layout="constrained")
-        rows = figure.add_gridspec(2, 1, height_ratios=(1.15, 1.0))
-        seen = min(4, self.pictures)
-        times = np.linspace(self.until / seen, self.until, seen)
-        top = rows[0].subgridspec(1, seen)
-        portraits(figure, [top[k] for k in range(seen)], outcome, times.tolist(),
-                  view=(-60.0, 50.0))  # fmt: skip
-        below = rows[1].subgridspec(1, 2, width_ratios=(1.4, 1))
-        axes = [figure.add_subplot(below[k]) for k in range(2)]
+        figure, axes = staged_sheet(
+            outcome, self.until, self.pictures, (1.4, 1.0), view=(-60.0, 50.0)
+        )
         self._waves(axes[0], outcome.series)
         self._energy(axes[1], outcome.series)
         name_panels(axes)

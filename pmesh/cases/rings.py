@@ -132,6 +132,26 @@ def portraits(
         panel.set_title(f"$t$ = {shot.time:.3g}")
 
 
+def staged_sheet(
+    outcome: Outcome,
+    until: float,
+    pictures: int,
+    widths: Sequence[float],
+    view: tuple[float, float],
+) -> tuple[Figure, list[Axes]]:
+    """A figure with at most four stages in a row, and panels of these widths below."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(11.5, 6.6), layout="constrained")
+    rows = figure.add_gridspec(2, 1, height_ratios=(1.15, 1.0))
+    seen = min(4, pictures)
+    times = np.linspace(until / seen, until, seen)
+    top = rows[0].subgridspec(1, seen)
+    portraits(figure, [top[k] for k in range(seen)], outcome, times.tolist(), view=view)
+    below = rows[1].subgridspec(1, len(widths), width_ratios=tuple(widths))
+    return figure, [figure.add_subplot(below[k]) for k in range(len(widths))]
+
+
 def departures(
     panel: Axes, time: Any, lines: Sequence[tuple[str, Any, str, float | None]], title: str
 ) -> None:
