@@ -114,6 +114,18 @@ class Carriage:
             self.buffers.give(slope)
         return result
 
+    def told(self, particles: Carried, before: Array, after: Array) -> Carried:
+        """The particles after the vorticity on the mesh changed, (*shape) or (3, *shape) [1/T]."""
+        if particles.displacement is None or after is before:
+            return particles
+        change = sample_nodes(
+            after - before, particles.displacement, self.grid, self.kernel, outside="zero",
+            threads=self.threads,
+        )  # fmt: skip
+        if self._ndim == 3:
+            change = brought_home(change, particles.displacement, self.grid)
+        return Carried(particles.strengths + change, particles.displacement)
+
     @property
     def _ndim(self) -> int:
         return self.grid.ndim

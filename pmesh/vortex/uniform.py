@@ -15,34 +15,31 @@ from pmesh.bodies.mask import at_rest
 from pmesh.bodies.pose import Pose
 from pmesh.vortex import ledger
 from pmesh.vortex.asked import AskedFields
-from pmesh.vortex.budget import Moments, dot, energy, potential_energy
 from pmesh.vortex.buffers import Buffers
+from pmesh.vortex.columns import plane_columns, space_columns
 from pmesh.vortex.constraint import Wall
 from pmesh.vortex.domain import PROJECTED, SIGNIFICANT, room
 from pmesh.vortex.engine import EDGE, Engine, largest
+from pmesh.vortex.growth import with_room
 from pmesh.vortex.loads import inertia_force, inertia_torque
 from pmesh.vortex.outer import Outer, swelling_flow
 from pmesh.vortex.passage import Passage, foresee
 from pmesh.vortex.recipe import check_solenoidal, checked_vorticity
-from pmesh.vortex.schemes import Carriage, Carried, brought_home
+from pmesh.vortex.schemes import Carriage, Carried
 from pmesh.vortex.state import State
 from pmesh.vortex.window import let_go
 from remesh.cleaning import clean_divergence
 from remesh.errors import BlowUpError
 from remesh.grid import Grid
-from remesh.kernels import get_kernel
-from remesh.nodes import sample_nodes
 from remesh.particles import distortion
 from remesh.paths import SCHEMES
 from remesh.spreading import spread_nodes
-from remesh.stencils import divergence_ratio, max_gradient_norm
+from remesh.stencils import max_gradient_norm
 
 if TYPE_CHECKING:
     from pmesh.vortex.flow import VortexFlow
 
 Array = NDArray[np.floating[Any]]
-
-FARTHEST = 64.0  # mesh lengths that nothing moves in one step of a sane run
 
 
 class UniformEngine(Engine[State]):
@@ -106,43 +103,12 @@ class UniformEngine(Engine[State]):
 
     def ledger(self, state: State) -> Mapping[str, float]:
         """Integrals of the vorticity, and what left the mesh."""
-        if state.grid.ndim == 3:
-            return self._budget(state)
-        impulse = ledger.impulse(state.vorticity, state.grid)
-        return {
-            "circulation": ledger.circulation(state.vorticity, state.grid),
-            "impulse_x": impulse[0],
-            "impulse_y": impulse[1],
-            "angular_moment": ledger.angular_moment(state.vorticity, state.grid),
-            "enstrophy": ledger.enstrophy(state.vorticity, state.grid),
-            "lost_circulation": state.lost_circulation,
-            "nodes": float(state.grid.size),
-        }
-
-    def _budget(self, state: State) -> Mapping[str, float]:
-        """What a flow in space keeps: costs a velocity solve, with mixed axes two."""
-        vorticity, grid, solver = state.vorticity, state.grid, self.solver(state.grid)
-        moments, enstrophy = Moments(vorticity, grid), dot(vorticity, vorticity) * grid.cell_volume
-        speed = solver.velocity(vorticity, out=self.buffers.take(vorticity.shape, vorticity.dtype))
-        held = energy(speed, vorticity, grid)
-        helicity = dot(speed, vorticity) * grid.cell_volume
-        if any(grid.periodic) and not all(grid.periodic):
-            held = potential_energy(solver.stream(vorticity, out=speed), vorticity, grid)
-        self.buffers.give(speed)
-        columns: dict[str, float] = {}
-        for name, vector in (
-            ("impulse", moments.impulse), ("angular_impulse", moments.angular_impulse)
-        ):  # fmt: skip
-            columns |= {f"{name}_{axis}": float(x) for axis, x in zip("xyz", vector, strict=True)}
-        return columns | {
-            "energy": held,
-            "helicity": helicity,
-            "enstrophy": enstrophy,
-            "dissipation": self.flow.viscosity * enstrophy,
-            "divergence": divergence_ratio(vorticity, grid, threads=self.flow.threads),
-            "lost_vorticity": float(np.linalg.norm(state.lost_circulation)),
-            "nodes": float(grid.size),
-        }
+        if state.grid.ndim == 2:
+            return plane_columns(state)
+        return space_columns(
+            state, self.solver(state.grid), self.buffers,
+            viscosity=self.flow.viscosity, threads=self.flow.threads,
+        )  # fmt: skip
 
     def fields(self, state: State) -> Mapping[str, Array]:
         """Vorticity and velocity on the nodes; with bodies their indicator too: when asked for."""
@@ -175,7 +141,7 @@ class UniformEngine(Engine[State]):
             )
         else:
             velocity = self._induced(vorticity, state.grid)
-        particles = self._told(_particles(state), state.vorticity, vorticity, state.grid)
+        particles = self._carriage(state.grid).told(_particles(state), state.vorticity, vorticity)
         lost = 0.0
         if vorticity is not state.vorticity and not all(state.grid.periodic):
             lost = ledger.circulation(state.vorticity, state.grid)
@@ -199,8 +165,7 @@ class UniformEngine(Engine[State]):
         gone = carriage.on_mesh(_particles(state)).dropped if state.displacement is not None else 0
         after = replace(state, time=state.time + dt, step=state.step + 1)
         before = None if all(grid.periodic) else ledger.circulation(mesh, grid)
-        kept = self.flow.remeshing == "always"
-        into = mesh if kept else np.empty_like(mesh)
+        into = mesh if self.flow.remeshing == "always" else np.empty_like(mesh)
         vorticity = mesh
         if passage is None:
             spread = 0.5 * dt * self.flow.viscosity
@@ -217,21 +182,30 @@ class UniformEngine(Engine[State]):
                 after, constraint=held.constraint, loads=held.loads, poses=held.poses,
                 earlier=held.earlier,
             )  # fmt: skip
-        project = bool(self.flow.projection) and after.step % self.flow.projection == 0
-        if self.flow.cleaning and grid.ndim == 3 and not project:
-            if vorticity is mesh and not kept:
-                vorticity = mesh.copy()
-            scratch = self._like(vorticity)
-            clean_divergence(vorticity, grid, scratch=scratch[0], threads=self.flow.threads)
-            self.buffers.give(scratch)
-        if project:
-            vorticity = self.solver(grid).solenoidal(vorticity, out=into)
+        if grid.ndim == 3:
+            vorticity = self._solenoidal(vorticity, after, into)
         lost = dropped - gone
         if before is not None:
             lost = lost + before - ledger.circulation(vorticity, grid)
         lost = state.lost_circulation + lost
         after = replace(after, lost_circulation=lost if grid.ndim == 3 else float(lost))
         return self._remeshed(after, moved, mesh, vorticity)
+
+    def _solenoidal(self, vorticity: Array, state: State, into: Array) -> Array:
+        """The vorticity projected or cleaned of divergence, where the flow asks for that.
+
+        ``into``: the array that it is in, or one to leave it as it is.
+        """
+        if self.flow.projection and state.step % self.flow.projection == 0:
+            return self.solver(state.grid).solenoidal(vorticity, out=into)
+        if not self.flow.cleaning:
+            return vorticity
+        if vorticity is not into:
+            into[...] = vorticity
+        scratch = self._like(into)
+        clean_divergence(into, state.grid, scratch=scratch[0], threads=self.flow.threads)
+        self.buffers.give(scratch)
+        return into
 
     def _remeshed(self, state: State, moved: Carried, mesh: Array, vorticity: Array) -> State:
         """The state with its particles back on nodes, or where they are if still in good order."""
@@ -243,20 +217,8 @@ class UniformEngine(Engine[State]):
             live = live.any(axis=0)
         if distortion(moved.displacement, state.grid, where=live) > self.flow.distortion:
             return state
-        told = self._told(moved, mesh, vorticity, state.grid)
+        told = self._carriage(state.grid).told(moved, mesh, vorticity)
         return replace(state, strengths=told.strengths, displacement=told.displacement)
-
-    def _told(self, particles: Carried, before: Array, after: Array, grid: Grid) -> Carried:
-        """The particles after the vorticity on the mesh changed."""
-        if particles.displacement is None or after is before:
-            return particles
-        change = sample_nodes(
-            after - before, particles.displacement, grid, self.flow.kernel, outside="zero",
-            threads=self.flow.threads,
-        )  # fmt: skip
-        if grid.ndim == 3:
-            change = brought_home(change, particles.displacement, grid)
-        return Carried(particles.strengths + change, particles.displacement)
 
     def _pushed(self, before: State, after: State, outer: Outer, dt: float) -> State:
         """The state with the force that its vorticity's impulse tells; a window lets wake go."""
@@ -296,43 +258,13 @@ class UniformEngine(Engine[State]):
 
     def _roomy(self, state: State, dt: float, ahead: tuple[Pose, ...]) -> State:
         """The state on a mesh with room for what the step does, bodies at its end included."""
-        spread = self.flow.viscosity * dt
-        walls = [
-            self.wall_on(state.grid, poses)
-            for poses in dict.fromkeys((state.poses, ahead))
-            if poses
-        ]
+        places = dict.fromkeys((state.poses, ahead))
+        walls = [self.wall_on(state.grid, poses) for poses in places if poses]
         for wall in walls:
             wall.stay(fixed=self.flow.domain == "fixed")
         if self.flow.domain == "fixed":
             return state
-        reach = state.speed * dt + 6.0 * math.sqrt(2.0 * self.flow.viscosity * dt)
-        if not reach < FARTHEST * max(state.grid.length):
-            raise BlowUpError(
-                f"a step of {dt:.3g} would carry vorticity {reach:.3g} far, "
-                f"{reach / max(state.grid.length):.3g} times the mesh",
-                hint="a smaller dt, or a smaller deformation",
-            )
-        margin = math.ceil(reach / state.grid.spacing) + get_kernel(self.flow.kernel).half_width + 2
-        follow = self.flow.domain == "follow" and state.displacement is None
-        shift = room(state.vorticity, state.grid, margin, follow=follow, part=self.part)
-        if self.flow.window is not None:
-            shift = self.flow.window.clipped(shift, state.grid, self.flow.bodies, state.poses)
-        for wall in walls:
-            shift = shift.covering(state.grid, wall.wide(spread))
-        if not shift:
-            return state
-        vorticity = shift.field(state.vorticity)
-        grid = shift.grid(state.grid)
-        before = ledger.circulation(state.vorticity, state.grid)
-        return replace(
-            state,
-            grid=grid,
-            vorticity=vorticity,
-            strengths=None if state.strengths is None else shift.field(state.strengths),
-            displacement=None if state.displacement is None else shift.field(state.displacement),
-            lost_circulation=state.lost_circulation + before - ledger.circulation(vorticity, grid),
-        )
+        return with_room(state, self.flow, walls, dt, part=self.part)
 
     def _measured(self, state: State, velocity: Array) -> State:
         """The state with the gradient and speed of this velocity."""
