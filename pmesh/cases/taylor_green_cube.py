@@ -32,7 +32,9 @@ PUBLISHED = "High-order CFD workshop, Fourier method on 512^3, as tabulated by o
 FOURIER = "Fourier method on {nodes}^3, benchmarks/taylor_green_spectral.py"
 STAGES = (3.0, 6.0, 9.0)  # drawn [T]
 LOOK = (-60.0, 24.0)  # azimuth and elevation [degrees]
-BROKEN = {"float64": 1e-9, "float32": 1e-3}  # allowed of the symmetries
+SMOOTH = 5.0  # until then the vortices roll up; later they break down, and round-off grows [T]
+BROKEN = {"float64": 1e-9, "float32": 1e-4}  # allowed of the symmetries until then
+STORED = 2e-7  # a rounding to the single precision of snapshots breaks
 
 
 def asymmetry(vorticity: Array) -> float:
@@ -158,13 +160,27 @@ class TaylorGreenCubeCase(Case):
                        known.source)
             )  # fmt: skip
         found += self._peak(series)
-        broken = asymmetry(outcome.state.vorticity)
-        allowed = BROKEN[self.dtype]
         found += [
-            Metric("departure from the symmetries", broken, 0.0, allowed, "A", SOURCE, "absolute"),
+            *self._symmetries(outcome),
             balance(series),
             Metric("rms div w over rms |grad w|", series["divergence"][-1], kind="report"),
         ]
+        return found
+
+    def _symmetries(self, outcome: Outcome) -> list[Metric]:
+        """The departure from them while the vortices are smooth, judged, and at the end, told."""
+        name, allowed = "departure from the symmetries", BROKEN[self.dtype]
+        end = float(outcome.state.time)
+        last = asymmetry(outcome.state.vorticity)
+        if end <= SMOOTH:
+            return [Metric(name, last, 0.0, allowed, "A", SOURCE, "absolute")]
+        found = [Metric(f"{name}, at the end", last, kind="report")]
+        early = [shot for shot in outcome.snapshots() if 0 < shot.time <= SMOOTH]
+        if early:
+            broken = asymmetry(early[-1]["vorticity"].astype(np.float64))
+            label = f"{name}, t = {early[-1].time:.3g}"
+            allowed = max(allowed, STORED)
+            found.insert(0, Metric(label, broken, 0.0, allowed, "A", SOURCE, "absolute"))
         return found
 
     def _peak(self, series: Mapping[str, Any]) -> list[Metric]:
