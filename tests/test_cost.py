@@ -8,8 +8,11 @@ import pytest
 
 from pmesh.spectral.convolve import Convolver, Term
 from pmesh.spectral.symbols import Box
+from pmesh.vortex import cost
 from pmesh.vortex.cost import _solver, footprint, transforms
 from pmesh.vortex.flow import VortexFlow
+from pmesh.vortex.perturbed import PerturbedFlow
+from remesh.errors import InputError
 from remesh.grid import Grid
 
 MEASURE = """
@@ -126,3 +129,20 @@ def test_half_the_precision_is_half_of_what_is_kept():
 def test_predicting_makes_nothing_of_the_size_of_the_mesh():
     own = footprint(VortexFlow(grid=Grid((1 << 20, 1 << 20), 1e-3)))
     assert own.step > 1 << 43
+
+
+def test_a_flow_without_room_in_memory_is_refused_with_a_mesh_that_has_it(monkeypatch) -> None:
+    monkeypatch.setattr(cost, "free_memory", lambda: 4_000_000_000)
+    grid = Grid((512,) * 3, 0.01)
+    for flow in (
+        VortexFlow(grid=grid, viscosity=1e-3),
+        PerturbedFlow(grid=grid, viscosity=1e-3, base=np.diag([1.0, -0.5, -0.5])),
+    ):
+        with pytest.raises(
+            InputError, match="512 x 512 x 512 nodes needs .* 4 GB are free"
+        ) as told:
+            flow.start(vorticity=lambda points: 0 * points)
+        spacing = float(str(told.value).partition("a spacing of ")[2].partition(" ")[0])
+        nodes = round(5.12 / spacing)
+        own = footprint(VortexFlow(grid=Grid((nodes,) * 3, spacing), viscosity=1e-3))
+        assert 2_000_000_000 < max(own.start, own.step) <= 4_000_000_000

@@ -10,8 +10,9 @@ from pmesh.cases.fitting import finest, forecast, refuse_too_large
 from pmesh.cases.lamb_oseen import LambOseenCase
 from pmesh.cases.runner import run_case
 from pmesh.cases.taylor_green import TaylorGreenCase
-from pmesh.run.forecast import predicted, size_text
+from pmesh.run.forecast import predicted
 from remesh.errors import InputError
+from remesh.machine import size_text
 
 
 def size(case: TaylorGreenCase | LambOseenCase) -> int:

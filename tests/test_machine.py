@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pmesh.run.machine import free_memory, group_room, used_memory
+from remesh.machine import free_memory, group_room, size_text, used_memory
 
 
 def write_group(folder: Path, most: str, used: int, cached: int) -> None:
@@ -43,3 +43,7 @@ def test_this_process_holds_memory_and_may_take_more() -> None:
     free = free_memory()
     assert free is None or free > 1 << 20
     assert used_memory() == 0 or used_memory() > 1 << 20
+
+
+def test_sizes_are_told_in_units_that_suit_them() -> None:
+    assert [size_text(x) for x in (3.5e8, 1.23e9, 41e9)] == ["350 MB", "1.2 GB", "41 GB"]

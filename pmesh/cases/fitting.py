@@ -7,9 +7,9 @@ from typing import Any
 
 from pmesh.cases.case import Case
 from pmesh.cases.options import options, spelt
-from pmesh.run.forecast import Estimate, estimate, predicted, size_text
-from pmesh.run.machine import free_memory
+from pmesh.run.forecast import Estimate, estimate, predicted
 from remesh.errors import InputError
+from remesh.machine import free_memory, size_text
 
 STRIDE = 8  # nodes between the sizes that are tried
 PARTS = 256  # of a spacing

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from pmesh.run import tree
-from pmesh.run.machine import free_memory, used_memory
 from pmesh.run.protocols import Moment, Watcher
 from pmesh.run.snapshots import Snapshots
 from pmesh.vortex.cost import footprint
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.perturbed import PerturbedFlow
 from remesh.grid import Grid
+from remesh.machine import free_memory, size_text, used_memory
 
 ENOUGH = 20.0  # seconds of steps after which no further one is taken
 TAKEN = 4  # steps at most, of which the first may compile
@@ -237,13 +237,6 @@ def _precision(flow: Any, state: Any) -> str:
         return str(flow.dtype)
     kinds = [array.dtype for _, array in tree.arrays(state) if array.dtype.kind == "f"]
     return str(kinds[0]) if kinds else "float64"
-
-
-def size_text(size: float) -> str:
-    """Bytes in words: "41 GB", "1.2 GB", "350 MB"."""
-    if size < 1e9:
-        return f"{size / 1e6:.3g} MB"
-    return f"{size / 1e9:.2g} GB" if size < 10e9 else f"{size / 1e9:.0f} GB"
 
 
 def time_text(seconds: float) -> str:

@@ -17,7 +17,9 @@ from pmesh.spectral.convolve import Convolver
 from pmesh.spectral.symbols import Box
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.perturbed import PerturbedFlow
+from remesh.errors import InputError
 from remesh.grid import Grid
+from remesh.machine import free_memory, size_text
 from remesh.paths import SCHEMES
 from remesh.threads import thread_count
 
@@ -66,6 +68,7 @@ BODIES = {"start": 80.0, "step": 85.0}
 # Arrays in double precision while tables are made, in tables, by the number of unbounded axes.
 MAKING = {0: 4.0, 1: 15.3, 2: 9.0, 3: 12.2}
 PLANE = 12.2  # of a plane with two unbounded axes
+SMALL = 100_000  # nodes of a mesh that fits wherever the program does
 
 
 class Footprint(NamedTuple):
@@ -102,6 +105,24 @@ def footprint(flow: VortexFlow | PerturbedFlow) -> Footprint:
         start=given + state + base + max(making, velocity + solver) + round(BODIES["start"] * box),
         step=held(STEP) + state + kept + round(BODIES["step"] * box),
         ledger=held(LEDGER) + kept + extra,
+    )
+
+
+def refuse_too_large(flow: VortexFlow | PerturbedFlow) -> None:
+    """Refuse a flow on a uniform mesh that has no room in memory, with the mesh that would fit."""
+    grid = flow.grid
+    if not isinstance(grid, Grid) or grid.size < SMALL:
+        return
+    own, free = footprint(flow), free_memory()
+    peak = max(own.start, own.step)
+    if free is None or peak <= free:
+        return
+    spacing = grid.spacing * (1.1 * peak / free) ** (1.0 / grid.ndim)
+    half = ', or dtype="float32" for half of it' if flow.dtype == "float64" else ""
+    raise InputError(
+        f"the flow on {' x '.join(map(str, grid.shape))} nodes needs {size_text(peak)} of memory, "
+        f"{size_text(free)} are free",
+        hint=f"a spacing of {spacing:.3g} on this domain{half}",
     )
 
 

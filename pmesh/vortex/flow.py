@@ -117,8 +117,12 @@ class VortexFlow:
         space, where it must be the curl of a velocity.
 
         With bodies the start is impulsive: the slip of the given flow becomes a vortex sheet, and
-        the impulse that this takes (the added mass) is not part of any later force.
+        the impulse that this takes (the added mass) is not part of any later force. Refuses a
+        uniform mesh for which the memory that is free does not suffice.
         """
+        from pmesh.vortex.cost import refuse_too_large
+
+        refuse_too_large(self)
         return self.engine.start(vorticity)
 
     def step(self, state: Any, dt: float) -> Any:

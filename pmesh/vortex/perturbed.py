@@ -105,7 +105,13 @@ class PerturbedFlow:
         return _BaseEngine(self)
 
     def start(self, *, vorticity: Array | Law) -> State:
-        """The state at time 0: ``vorticity`` on the nodes, or a law of points (3, *shape)."""
+        """The state at time 0: ``vorticity`` on the nodes, or a law of points (3, *shape).
+
+        Refuses a mesh for which the memory that is free does not suffice.
+        """
+        from pmesh.vortex.cost import refuse_too_large
+
+        refuse_too_large(self)
         return self.engine.start(vorticity)
 
     def step(self, state: State, dt: float) -> State:

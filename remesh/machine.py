@@ -30,6 +30,13 @@ def used_memory() -> int:
     return 0
 
 
+def size_text(size: float) -> str:
+    """Bytes in words: "41 GB", "1.2 GB", "350 MB"."""
+    if size < 1e9:
+        return f"{size / 1e6:.3g} MB"
+    return f"{size / 1e9:.2g} GB" if size < 10e9 else f"{size / 1e9:.0f} GB"
+
+
 def _machine() -> int | None:
     """Free memory of the whole machine."""
     with contextlib.suppress(ImportError):
