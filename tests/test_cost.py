@@ -138,9 +138,7 @@ def test_a_flow_without_room_in_memory_is_refused_with_a_mesh_that_has_it(monkey
         VortexFlow(grid=grid, viscosity=1e-3),
         PerturbedFlow(grid=grid, viscosity=1e-3, base=np.diag([1.0, -0.5, -0.5])),
     ):
-        with pytest.raises(
-            InputError, match="512 x 512 x 512 nodes needs .* 4 GB are free"
-        ) as told:
+        with pytest.raises(InputError, match="4 GB are free") as told:
             flow.start(vorticity=lambda points: 0 * points)
         spacing = float(str(told.value).partition("a spacing of ")[2].partition(" ")[0])
         nodes = round(5.12 / spacing)
