@@ -49,6 +49,14 @@ def test_a_mesh_stays_within_the_window_and_is_cut_to_it():
     assert cut.before[0] == -16
 
 
+def test_a_mesh_that_fills_its_window_to_less_than_a_spacing_does_not_grow():
+    full = WINDOW.clipped(Shift((16, 16), (16, 16)), GRID, (DISK,), (POSE,))
+    assert full.before == (0, 0)
+    assert full.after == (16, 0)
+    wide = Grid((64, 44), 0.1, (-2.0, -2.15))  # reaches out by 1.5 spacings: less than a stride
+    assert WINDOW.clipped(Shift((0, 0), (0, 0)), wide, (DISK,), (POSE,)).after[1] == 0
+
+
 def test_vorticity_fades_to_nothing_on_its_way_through_the_zone():
     """What crosses the zone at the wind's speed keeps exp(-FADING / 3) of itself."""
     step, kept = 0.01, 1.0

@@ -92,10 +92,8 @@ class Window:
             if grid.periodic[axis]:
                 continue
             end = grid.origin[axis] + (grid.shape[axis] - 1) * grid.spacing
-            before[axis] = min(
-                before[axis], strides((grid.origin[axis] - low[axis]) / grid.spacing)
-            )
-            after[axis] = min(after[axis], strides((high[axis] - end) / grid.spacing))
+            before[axis] = min(before[axis], _missing(grid.origin[axis] - low[axis], grid))
+            after[axis] = min(after[axis], _missing(high[axis] - end, grid))
         return Shift(tuple(before), tuple(after))
 
     def faded(
@@ -171,6 +169,11 @@ class Window:
             end / abs(part) for end, part in zip(ends, unit, strict=True) if abs(part) > 1e-9
         )
         return float(along - 0.5 * self.fade * length)
+
+
+def _missing(gap: float, grid: Grid) -> int:
+    """Nodes in whole strides that reach over a gap [L]; one of less than a spacing is none."""
+    return strides(math.floor(gap / grid.spacing + 1e-9))
 
 
 def _length(bodies: Sequence[Body]) -> float:
