@@ -79,10 +79,14 @@ class Routes:
 
     def mean(self, component: str, cycle: Cycle, route: str = MAIN) -> float:
         """The mean over the whole cycles."""
+        return self.mean_over(component, (cycle.start, cycle.end), route)
+
+    def mean_over(self, component: str, span: tuple[float, float], route: str = MAIN) -> float:
+        """The mean from one time to another."""
         from pmesh.run.record import record
 
         curve = record(self.time_end, self.curves[route, component], self.dt)
-        return float(curve.means(np.array([cycle.start, cycle.end]))[0])
+        return float(curve.means(np.array(span))[0])
 
     def amplitude(self, component: str, cycle: Cycle, route: str = MAIN) -> float:
         """Half of peak to peak, by the mean over the whole cycles."""
@@ -99,17 +103,24 @@ class Routes:
         ``layer``: the boundary layer's thickness in spacings, by which traction is judged or not.
         """
         found = []
-        drag, lift = self.mean("drag", cycle), self.amplitude("lift", cycle)
-        for route in self.others("drag"):
-            mean = abs(self.mean("drag", cycle, route) / drag - 1.0)
+        lift = self.amplitude("lift", cycle)
+        for mean, route in zip(
+            self.means_apart((cycle.start, cycle.end), layer), self.others("drag"), strict=True
+        ):
             wide = abs(self.amplitude("lift", cycle, route) / lift - 1.0)
-            kind = _kind(route, layer)
-            found += [
-                Metric(f"mean drag, {route} and {MAIN} apart", mean, 0.0, MEANS, kind=kind),
-                Metric(f"lift amplitude, {route} and {MAIN} apart", wide, 0.0, AMPLITUDES,
-                       kind=kind),
-            ]  # fmt: skip
+            name = f"lift amplitude, {route} and {MAIN} apart"
+            found += [mean, Metric(name, wide, 0.0, AMPLITUDES, kind=_kind(route, layer))]
         return found
+
+    def means_apart(self, span: tuple[float, float], layer: float) -> list[Metric]:
+        """How far the routes' mean drags are apart over a span of time."""
+        drag = self.mean_over("drag", span)
+        return [
+            Metric(f"mean drag, {route} and {MAIN} apart",
+                   abs(self.mean_over("drag", span, route) / drag - 1.0), 0.0, MEANS,
+                   kind=_kind(route, layer))
+            for route in self.others("drag")
+        ]  # fmt: skip
 
     def apart(self, component: str, when: NDArray[np.bool_], layer: float) -> list[Metric]:
         """How far the routes are apart in a part of the run; ``layer`` as in :meth:`metrics`."""
