@@ -36,7 +36,7 @@ def blob(points: np.ndarray) -> np.ndarray:
 def test_a_mesh_grows_to_where_the_vorticity_is_and_keeps_every_value(ndim):
     flow = off_centre(ndim)
     state = flow.start(vorticity=blob)
-    grown = with_room(replace(state, speed=4.0), flow, [], 0.1, part=1e-6)
+    grown = with_room(replace(state, speed=4.0), flow, [], 0.1, negligible=1e-6)
     assert grown.grid.size > state.grid.size
     first = np.round((np.array(state.grid.origin) - grown.grid.origin) / H).astype(int)
     box = (..., *(slice(a, a + n) for a, n in zip(first, state.grid.shape, strict=True)))
@@ -50,7 +50,7 @@ def test_what_left_its_nodes_goes_along():
     state = flow.start(vorticity=blob)
     moved = np.full((2, 16, 16), 0.01)
     state = replace(state, strengths=2 * state.vorticity, displacement=moved)
-    grown = with_room(state, flow, [], 1.0, part=1e-6)
+    grown = with_room(state, flow, [], 1.0, negligible=1e-6)
     assert grown.strengths.shape == grown.vorticity.shape == grown.displacement.shape[1:]
     assert grown.strengths.sum() == pytest.approx(2 * state.vorticity.sum())
     assert grown.displacement.sum() == pytest.approx(moved.sum())
@@ -59,13 +59,13 @@ def test_what_left_its_nodes_goes_along():
 def test_a_mesh_with_room_is_left_as_it_is():
     flow = VortexFlow(grid=Grid((48, 48), H, (-3.5, -3.0)), viscosity=1e-3)
     state = flow.start(vorticity=blob)
-    assert with_room(state, flow, [], 1e-3, part=1e-6) is state
+    assert with_room(state, flow, [], 1e-3, negligible=1e-6) is state
 
 
 def test_a_step_that_would_leave_sight_is_refused():
     flow = off_centre(2)
     state = replace(flow.start(vorticity=blob), speed=1.0)
     with pytest.raises(BlowUpError, match="times the mesh"):
-        with_room(state, flow, [], 2.0 * FARTHEST, part=1e-6)
+        with_room(state, flow, [], 2.0 * FARTHEST, negligible=1e-6)
     with pytest.raises(BlowUpError, match="times the mesh"):
-        with_room(replace(state, speed=np.nan), flow, [], 0.1, part=1e-6)
+        with_room(replace(state, speed=np.nan), flow, [], 0.1, negligible=1e-6)

@@ -25,6 +25,7 @@ SOLVE: dict[str, Any] = {"order": 10, "radius": 1.4}  # the velocity's error 20 
 TAIL = 3.8  # core radii from a core's middle to where its vorticity is 1e-6 of it
 BALANCE = 0.05  # allowed of the energy lost beyond viscosity
 LITTLE = 0.1  # of the first energy: a smaller loss to viscosity is no yardstick
+NEGLIGIBLE = 1e-4  # part of the largest vorticity that no room is made for: it keeps the impulse
 SPARE = 6  # nodes between that and the edge, beside the kernel's
 
 
@@ -75,6 +76,7 @@ class RingsCase(Case):
             projection=self.projection,
             deformation=self.deformation,
             domain="follow",
+            negligible=NEGLIGIBLE,
             dtype=self.dtype,
             **SOLVE,
         )

@@ -336,7 +336,9 @@ class AdaptiveEngine(Engine[AdaptiveState]):
     def _leaving(self, state: AdaptiveState) -> list[int]:
         """Axes at whose unbounded ends vorticity is about to leave."""
         size = np.abs(self._coarsest(state)[0])
-        floor = max(SIGNIFICANT, state.tolerance) * float(np.abs(state.vorticity).max())
+        floor = max(self.flow.negligible or SIGNIFICANT, state.tolerance) * float(
+            np.abs(state.vorticity).max()
+        )
         found = []
         for axis, wraps in enumerate(self.mesh.grid.periodic):
             ends = np.take(size, [*range(EDGE), *range(-EDGE, 0)], axis=axis)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,16 +62,17 @@ class Shift:
 
 
 def room(
-    vorticity: Array, grid: Grid, margin: int, *, follow: bool, part: float = SIGNIFICANT
+    vorticity: Array, grid: Grid, margin: int, *, follow: bool, negligible: float = SIGNIFICANT
 ) -> Shift:
     """How the mesh must change so that vorticity keeps ``margin`` nodes to each unbounded edge.
 
-    Grows by an eighth of the axis at least, so that it seldom happens; with ``follow`` it also
-    lets go of ends that are at rest over more than a quarter of the axis beyond the margin.
-    Vorticity below ``part`` of the largest is nothing to make room for.
+    A plane mesh grows by an eighth of the axis at least, so that it seldom happens; with ``follow``
+    it also lets go of ends that are at rest over more than a quarter of the axis beyond the margin.
+    In space, where nodes are dear, it grows by single strides and lets go of single ones, half a
+    stride in reserve. Vorticity below the part ``negligible`` of the largest is nothing to make room for.
     """
     profiles = _extents(vorticity, grid.ndim)
-    floor = part * float(profiles[0].max())
+    floor = negligible * float(profiles[0].max())
     before, after = [0] * grid.ndim, [0] * grid.ndim
     if not 0.0 < floor < np.inf:  # nothing there, or nothing that is a number
         return Shift(tuple(before), tuple(after))
@@ -79,8 +80,9 @@ def room(
         if grid.periodic[axis]:
             continue
         live = np.flatnonzero(profiles[axis] > floor)
-        before[axis] = _change(int(live[0]), n, margin, follow)
-        after[axis] = _change(n - 1 - int(live[-1]), n, margin, follow)
+        pace = _pace(n, grid.ndim)
+        before[axis] = _change(int(live[0]), margin, pace, follow)
+        after[axis] = _change(n - 1 - int(live[-1]), margin, pace, follow)
     return Shift(tuple(before), tuple(after))
 
 
@@ -103,12 +105,27 @@ def _extents(vorticity: Array, ndim: int) -> list[Array]:
     return [first, across.max(axis=1), across.max(axis=0)]
 
 
-def _change(free: int, nodes: int, margin: int, follow: bool) -> int:
+class _Pace(NamedTuple):
+    """How a mesh changes at an end, in nodes."""
+
+    least: int  # added at once
+    reserve: int  # kept beyond the margin by a mesh that lets go
+    slack: int  # at rest beyond that before any are let go
+
+
+def _pace(nodes: int, ndim: int) -> _Pace:
+    """The pace of an axis."""
+    if ndim == 2:
+        return _Pace(nodes // 8, nodes // 8, nodes // 4)
+    return _Pace(1, STRIDE // 2, STRIDE - 1)
+
+
+def _change(free: int, margin: int, pace: _Pace, follow: bool) -> int:
     """Nodes to add at an end with ``free`` nodes at rest; negative to remove."""
     if free < margin:
-        return strides(max(margin - free, nodes // 8))
-    spare = free - margin - nodes // 8
-    if follow and spare > nodes // 4:
+        return strides(max(margin - free, pace.least))
+    spare = free - margin - pace.reserve
+    if follow and spare > pace.slack:
         return -(spare // STRIDE) * STRIDE
     return 0
 

@@ -77,6 +77,8 @@ class VortexFlow:
     remeshing: Literal["always", "distorted"] = "always"
     distortion: float = 0.1  # largest strain of the particles' lattice, for "distorted"
     domain: Literal["grow", "follow", "fixed"] = "grow"  # of the unbounded axes
+    negligible: float | None = None  # part of the largest vorticity that no room is made for; None:
+    # 1e-6, and 1e-4 with projection
     order: int = 8  # of the Gaussian-regularised Poisson solve
     radius: float = 2.0  # of its regularisation, in spacings
     window: Window | None = None  # around the bodies, in body lengths, out of which wakes may leave

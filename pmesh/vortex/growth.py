@@ -22,13 +22,13 @@ SPREAD = 6.0  # standard deviations of the viscous spread of a step that room is
 
 
 def with_room(
-    state: State, flow: VortexFlow, walls: Iterable[Wall], dt: float, *, part: float
+    state: State, flow: VortexFlow, walls: Iterable[Wall], dt: float, *, negligible: float
 ) -> State:
     """The state on a mesh with room for what a step of dt [T] does; the same if it has.
 
-    ``walls``: the bodies before and after; vorticity below ``part`` of the largest is nothing to
-    make room for. What a mesh lets go of is counted as lost. Refuses a step that would carry
-    vorticity 64 mesh lengths.
+    ``walls``: the bodies before and after; vorticity below the part ``negligible`` of the
+    largest is nothing to make room for. What a mesh lets go of is counted as lost. Refuses a step
+    that would carry vorticity 64 mesh lengths.
     """
     reach = state.speed * dt + SPREAD * math.sqrt(2.0 * flow.viscosity * dt)
     if not reach < FARTHEST * max(state.grid.length):
@@ -39,7 +39,7 @@ def with_room(
         )
     margin = math.ceil(reach / state.grid.spacing) + get_kernel(flow.kernel).half_width + 2
     follow = flow.domain == "follow" and state.displacement is None
-    shift = room(state.vorticity, state.grid, margin, follow=follow, part=part)
+    shift = room(state.vorticity, state.grid, margin, follow=follow, negligible=negligible)
     if flow.window is not None:
         shift = flow.window.clipped(shift, state.grid, flow.bodies, state.poses)
     for wall in walls:

@@ -53,6 +53,7 @@ class PerturbedFlow:
     kernel: str | Kernel = "M6'"  # of remeshing and interpolation
     time_scheme: Literal["RK2", "RK3", "RK4"] = "RK2"
     domain: Literal["grow", "follow", "fixed"] = "grow"  # of the unbounded axes
+    negligible: float | None = None  # of the largest vorticity, see `VortexFlow`
     order: int = 8  # of the Gaussian-regularised Poisson solve
     radius: float = 2.0  # of its regularisation, in spacings
     stretching: Form = "conservative"  # of vorticity, see `Carriage`

@@ -60,6 +60,12 @@ def validate(flow: VortexFlow) -> None:
         value = as_number(name, getattr(flow, name), hint=f"{name}=0.25")
         if math.isnan(value) or value <= 0:
             raise InputError(f"{name} must be positive, got {value}", hint=f"{name}=0.25")
+    if flow.negligible is not None:
+        part = as_number("negligible", flow.negligible, hint="negligible=1e-6")
+        if not 0 < part < 1:
+            raise InputError(
+                f"negligible must be between 0 and 1, got {part}", hint="negligible=1e-6"
+            )
     get_kernel(flow.kernel)
     Greens(order=flow.order, radius=as_number("radius", flow.radius, hint="radius=2.0"))
     thread_count(flow.threads)

@@ -9,7 +9,7 @@ from pmesh.spectral.velocity import VelocitySolver
 from remesh.grid import Grid
 
 KEPT = 12  # solvers at most
-KEPT_NODES = 4_000_000  # of all but the largest: a mesh that grows lets go of what it was
+KEPT_NODES = 1_000_000  # of all but the largest: a mesh that grows lets go of what it was
 _solvers: OrderedDict[tuple[object, ...], VelocitySolver] = OrderedDict()
 _lock = threading.Lock()
 

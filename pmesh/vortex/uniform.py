@@ -50,7 +50,7 @@ class UniformEngine(Engine[State]):
     def __init__(self, flow: VortexFlow) -> None:
         super().__init__(flow)
         self.buffers = Buffers()
-        self.part = PROJECTED if flow.projection else SIGNIFICANT  # to make room for
+        self.negligible = flow.negligible or (PROJECTED if flow.projection else SIGNIFICANT)
         self.compact = (flow.diffusion or ("compact" if flow.grid.ndim == 3 else "")) == "compact"
 
     def start(self, vorticity: Array | Callable[[Array], Array] | None) -> State:
@@ -228,7 +228,7 @@ class UniformEngine(Engine[State]):
         if self.flow.window is not None:
             after = let_go(self.flow.window, after, self.flow.bodies, self.wind(after.poses), dt)
         elif self.flow.domain == "fixed" and room(
-            full, after.grid, EDGE, follow=False, part=self.part
+            full, after.grid, EDGE, follow=False, negligible=self.negligible
         ):
             return replace(after, impulse_force=(math.nan,) * len(after.impulse_force))
         force = ledger.impulse_force(
@@ -264,7 +264,7 @@ class UniformEngine(Engine[State]):
             wall.stay(fixed=self.flow.domain == "fixed")
         if self.flow.domain == "fixed":
             return state
-        return with_room(state, self.flow, walls, dt, part=self.part)
+        return with_room(state, self.flow, walls, dt, negligible=self.negligible)
 
     def _measured(self, state: State, velocity: Array) -> State:
         """The state with the gradient and speed of this velocity."""
