@@ -99,6 +99,32 @@ def test_only_follow_lets_go_of_ends_at_rest():
     assert np.argwhere(field)[0, 0] >= 10
 
 
+def test_a_mesh_in_space_goes_with_what_moves_by_single_strides():
+    grid, place, sizes = Grid((48, 48, 48), 0.1), 24, []
+    field = spot(grid, (24, 24, place))
+    for _ in range(100):  # one node a step along z
+        field = np.roll(field, 1, axis=2)
+        shift = room(field, grid, 10, follow=True)
+        assert set(np.abs((*shift.before, *shift.after))) <= {0, STRIDE}
+        field, grid = shift.field(field), shift.grid(grid)
+        sizes.append(grid.shape[2])
+        live = int(np.argwhere(field)[0, 2])
+        assert 10 <= live < grid.shape[2] - 10
+    assert max(sizes) <= 48 + STRIDE
+    assert field.sum() == 1
+
+
+@pytest.mark.parametrize("negligible", [1e-3, 1e-7])
+def test_what_is_negligible_is_said_by_the_flow(negligible):
+    def law(points):
+        far = np.exp(-((points[0] - 0.2) ** 2 + points[1] ** 2) / 0.01)
+        return far + 1e-5 * np.exp(-((points[0] + 0.85) ** 2 + points[1] ** 2) / 0.01)
+
+    flow = VortexFlow(grid=Grid((40, 40), 0.05, (-0.975, -0.975)), negligible=negligible)
+    state = flow.step(flow.start(vorticity=law), 0.01)
+    assert (state.grid.shape[0] > 40) is (negligible < 1e-5)
+
+
 def test_the_mesh_covers_what_the_bodies_need():
     box = Grid((20, 30), 0.1, (0.3 - 0.5, -1.7 + 2.9))
     shift = Shift((-16, 0), (0, 0)).covering(GRID, box)

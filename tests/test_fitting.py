@@ -8,6 +8,7 @@ import pytest
 from pmesh.cases import fitting
 from pmesh.cases.fitting import finest, forecast, refuse_too_large
 from pmesh.cases.lamb_oseen import LambOseenCase
+from pmesh.cases.registry import find
 from pmesh.cases.runner import run_case
 from pmesh.cases.taylor_green import TaylorGreenCase
 from pmesh.run.forecast import predicted
@@ -57,7 +58,7 @@ def test_a_run_that_does_not_fit_is_refused_before_anything_is_made(
 
 def test_a_case_that_fits_or_cannot_be_predicted_is_let_through() -> None:
     refuse_too_large(TaylorGreenCase())
-    refuse_too_large(TaylorGreenCase(), flow="of another kind")
+    refuse_too_large(find("zalesak-disk")())
 
 
 def test_a_forecast_takes_steps_of_the_case() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from pmesh.run import checkpoint
-from pmesh.vortex.exact import BeltramiFlow, GaussianRing, VortexRing
+from pmesh.vortex.exact import BeltramiFlow, GaussianRing, TorusKnot, VortexRing
 from pmesh.vortex.flow import VortexFlow
 from pmesh.vortex.state import State
 from remesh.errors import InputError
@@ -202,6 +202,33 @@ def test_total_vorticity_and_impulse_are_kept(viscosity):
         assert after[name] == pytest.approx(before[name], abs=1e-4 * before["impulse_z"])
     for name in ("angular_impulse_x", "angular_impulse_y", "angular_impulse_z", "helicity"):
         assert abs(after[name]) < 1e-10
+
+
+def test_viscosity_takes_the_helicity_of_a_beltrami_flow_as_it_should():
+    """curl u = u: H = 2 E, and both fall like exp(-2 nu t)."""
+    flow, abc = VortexFlow(grid=period(24), viscosity=0.1), BeltramiFlow(strengths=(1.0, 0.7, 0.4))
+    state = flow.start(vorticity=abc.vorticity)
+    first = flow.ledger(state)
+    for _ in range(5):
+        state = flow.step(state, 0.1)
+    last = flow.ledger(state)
+    assert first["helicity"] == pytest.approx(2 * first["energy"], rel=1e-4)
+    assert last["helicity"] / first["helicity"] == pytest.approx(np.exp(-0.1), rel=1e-3)
+
+
+def test_a_knot_keeps_its_helicity():
+    """A trefoil's is its writhe and more of the circulation squared; a ring has none."""
+    knot = TorusKnot(turns=(2, 3), core=0.28)
+    half = 20
+    grid = Grid((2 * half,) * 3, 0.1, (-(half - 0.5) * 0.1,) * 3)
+    flow = VortexFlow(grid=grid, domain="follow", kernel="M8'")
+    state = flow.start(vorticity=knot.vorticity)
+    first = flow.ledger(state)
+    for _ in range(4):
+        state = flow.step(state, flow.limit(state).dt)
+    last = flow.ledger(state)
+    assert abs(first["helicity"]) > 1.0
+    assert last["helicity"] == pytest.approx(first["helicity"], rel=0.01)
 
 
 @pytest.mark.parametrize("viscosity", [0.0, 0.05])

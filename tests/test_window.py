@@ -55,6 +55,8 @@ def test_a_mesh_that_fills_its_window_to_less_than_a_spacing_does_not_grow():
     assert full.after == (16, 0)
     wide = Grid((64, 44), 0.1, (-2.0, -2.15))  # reaches out by 1.5 spacings: less than a stride
     assert WINDOW.clipped(Shift((0, 0), (0, 0)), wide, (DISK,), (POSE,)).after[1] == 0
+    wider = Grid((64, 60), 0.1, (-2.0, -2.35))  # reaches out by 15.5 spacings
+    assert WINDOW.clipped(Shift((0, 0), (0, 0)), wider, (DISK,), (POSE,)).after[1] == 0
 
 
 def test_vorticity_fades_to_nothing_on_its_way_through_the_zone():

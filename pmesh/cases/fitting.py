@@ -15,14 +15,12 @@ STRIDE = 8  # nodes between the sizes that are tried
 PARTS = 256  # of a spacing
 
 
-def refuse_too_large(case: Case, flow: Any = None) -> None:
+def refuse_too_large(case: Case) -> None:
     """Refuse a case whose memory is predicted and is not there, with the size that would fit.
 
-    ``flow``: what its recipe is, if the case cannot tell it by itself. A case of another kind is
-    not looked at.
+    A case that tells no `Case.recipe` is not looked at.
     """
-    flow = _recipe(case) if flow is None else flow
-    peaks, free = predicted(flow, case.watchers()), free_memory()
+    peaks, free = predicted(_recipe(case), case.watchers()), free_memory()
     if not peaks or free is None or max(peaks.values()) <= free:
         return
     raise InputError(

@@ -107,6 +107,8 @@ class LeapfrogCase(RingsCase):
                    "relative" if self.core <= THIN else "report"),
             Metric("largest difference of a radius", float(apart), kind="report"),
         ]  # fmt: skip
+        due = int((known < (1.0 - ALLOWED) * ours.times[-1]).sum())  # rings that merge fail
+        times = np.append(times, [np.nan] * (due - len(times))) if due > len(times) else times
         if len(times):
             metrics.append(Metric("first passage", times[0], known[0], ALLOWED, "A", PAPER))
         if len(times) > 1:

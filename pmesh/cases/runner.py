@@ -72,7 +72,6 @@ def run_case(
         refuse_another_run(folder, overwrite=overwrite)
     refuse_too_large(case)
     flow, state = case.build()
-    refuse_too_large(case, flow)
     made = not folder.exists()
     make_folder(folder)
     try:

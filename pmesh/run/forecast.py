@@ -30,11 +30,12 @@ TAKEN = 4  # steps at most, of which the first may compile
 class Estimate:
     """What a run takes of memory and time; print it.
 
-    Memory is that of the mesh at the start, which may grow, without what a case computes once at
-    its end; time is that of real steps from the start, without snapshots and checkpoints.
+    Memory is that of the mesh at the start, or after the steps that were taken: it may grow. What a
+    case computes once at its end, and figures, come to it. Time is that of real steps from the
+    start, without snapshots and checkpoints.
     """
 
-    grid: Grid  # at the start, the finest mesh if it is adaptive
+    grid: Grid  # at the start or after the steps taken, the finest mesh if it is adaptive
     dtype: str
     program: int  # bytes that the program takes without the run
     free: int | None  # bytes that may be taken beside that; None: not known
@@ -89,10 +90,12 @@ class Estimate:
             return f"not predicted for such a mesh; {known} at the peak so far{room}"
         part = max(self.peaks, key=lambda name: self.peaks[name])
         verdict = "" if self.free is None else ": it fits" if self.fits else ": it does not fit"
+        when = "at the start" if self.measured is None else "after the first steps"
+        so_far = "" if self.measured is None else f", {size_text(self.measured)} measured so far"
         return (
             f"{size_text(self.memory + self.program)} at the peak ({part}): "
-            f"{size_text(self.memory)} for the mesh at the start, {size_text(self.program)} for "
-            f"the program{room}{verdict}"
+            f"{size_text(self.memory)} for the mesh {when}, {size_text(self.program)} for "
+            f"the program{so_far}{room}{verdict}"
         )
 
     def _time(self) -> str:
@@ -134,6 +137,13 @@ def estimate(
         return told
     told = replace(told, nodes=int(state.size))
     return _timed(told, flow, state, until, watch) if told.fits else told
+
+
+def _on(flow: Any, state: Any) -> Any:
+    """The flow with the mesh of a state, if its memory can be predicted."""
+    if not isinstance(flow, VortexFlow | PerturbedFlow) or not isinstance(flow.grid, Grid):
+        return flow
+    return replace(flow, grid=state.grid)
 
 
 def predicted(flow: Any, watch: Sequence[Watcher] = ()) -> dict[str, int]:
@@ -205,7 +215,9 @@ def _timed(
         return told
     return replace(
         told,
+        grid=_grid(flow, state),
         measured=_peak(),
+        peaks=predicted(_on(flow, state), watch),
         seconds=statistics.median(spans[1:] or spans),
         taken=len(spans[1:] or spans),
         dt=flow.limit(state).dt if state.time < end else dt,

@@ -108,21 +108,20 @@ def footprint(flow: VortexFlow | PerturbedFlow) -> Footprint:
     )
 
 
-def refuse_too_large(flow: VortexFlow | PerturbedFlow) -> None:
+def refuse_without_room(flow: VortexFlow | PerturbedFlow) -> None:
     """Refuse a flow on a uniform mesh that has no room in memory, with the mesh that would fit."""
     grid = flow.grid
     if not isinstance(grid, Grid) or grid.size < SMALL:
         return
     own, free = footprint(flow), free_memory()
-    peak = max(own.start, own.step)
+    peak = max(own.start, own.step, own.ledger)
     if free is None or peak <= free:
         return
     spacing = grid.spacing * (1.1 * peak / free) ** (1.0 / grid.ndim)
-    half = ', or dtype="float32" for half of it' if flow.dtype == "float64" else ""
     raise InputError(
         f"the flow on {' x '.join(map(str, grid.shape))} nodes needs {size_text(peak)} of memory, "
         f"{size_text(free)} are free",
-        hint=f"a spacing of {spacing:.3g} on this domain{half}",
+        hint=f"a spacing of {spacing:.3g} on this domain",
     )
 
 

@@ -69,7 +69,8 @@ def room(
     A plane mesh grows by an eighth of the axis at least, so that it seldom happens; with ``follow``
     it also lets go of ends that are at rest over more than a quarter of the axis beyond the margin.
     In space, where nodes are dear, it grows by single strides and lets go of single ones, half a
-    stride in reserve. Vorticity below the part ``negligible`` of the largest is nothing to make room for.
+    stride in reserve. Vorticity below the part ``negligible`` of the largest is nothing to make
+    room for.
     """
     profiles = _extents(vorticity, grid.ndim)
     floor = negligible * float(profiles[0].max())

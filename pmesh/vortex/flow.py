@@ -122,9 +122,9 @@ class VortexFlow:
         the impulse that this takes (the added mass) is not part of any later force. Refuses a
         uniform mesh for which the memory that is free does not suffice.
         """
-        from pmesh.vortex.cost import refuse_too_large
+        from pmesh.vortex.cost import refuse_without_room
 
-        refuse_too_large(self)
+        refuse_without_room(self)
         return self.engine.start(vorticity)
 
     def step(self, state: Any, dt: float) -> Any:

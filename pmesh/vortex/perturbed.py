@@ -110,9 +110,9 @@ class PerturbedFlow:
 
         Refuses a mesh for which the memory that is free does not suffice.
         """
-        from pmesh.vortex.cost import refuse_too_large
+        from pmesh.vortex.cost import refuse_without_room
 
-        refuse_too_large(self)
+        refuse_without_room(self)
         return self.engine.start(vorticity)
 
     def step(self, state: State, dt: float) -> State:

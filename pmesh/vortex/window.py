@@ -172,8 +172,8 @@ class Window:
 
 
 def _missing(gap: float, grid: Grid) -> int:
-    """Nodes in whole strides that reach over a gap [L]; one of less than a spacing is none."""
-    return strides(math.floor(gap / grid.spacing + 1e-9))
+    """Nodes in whole strides that reach over a gap [L]; less than a spacing counts as none."""
+    return strides(math.trunc(gap / grid.spacing + 1e-9))
 
 
 def _length(bodies: Sequence[Body]) -> float:
