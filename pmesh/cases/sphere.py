@@ -32,6 +32,7 @@ LAYER = 0.6  # sqrt(nu t) over the spacing, from where a boundary layer can be s
 STEPS = 2  # of the start, which blur the impulse that set it in motion
 LATE = 0.8  # part of a run after which a steady one is steady
 FEWEST = 3  # steps from which a mean is told
+SHEDS, SURE = 30.0, 0.01  # T after which the mean drag is judged if it is that certain
 PLACE, SIZE = 1.1, 0.2  # of the eddy that starts shedding: behind the centre, its core [D]
 BASSET = "unsteady Stokes flow, Basset 1888"
 
@@ -231,9 +232,11 @@ class SphereCase(Case):
         span = (0.5 * self.until, self.until) if cycle is None else (cycle.start, cycle.end)
         apart = routes.means_apart(span, 0.0)
         if cycle is None:
+            sure = drag.mean.uncertainty < SURE * drag.mean.value
             return [
-                Metric(f"mean drag ({lift.note})", drag.mean.value, kind="report"),
-                Metric("mean side force", abs(lift.mean.value), kind="report"),
+                self._beside("drag", drag.mean.value, judged=sure and span[0] >= SHEDS),
+                Metric(f"mean side force ({lift.note})", abs(lift.mean.value), kind="report"),
+                *self._frequency(routes, span[0]),
                 *apart,
             ]
         return [
@@ -244,6 +247,20 @@ class SphereCase(Case):
             Metric("Strouhal number, uncertainty", cycle.frequency.uncertainty, kind="report"),
             Metric("whole cycles", float(cycle.cycles), kind="report"),
             *apart,
+        ]
+
+    def _frequency(self, routes: Routes, after: float) -> list[Metric]:
+        """Where the spectrum of the side force has its peak, for want of whole cycles."""
+        from pmesh.run.statistics import spectrum
+
+        if after < SHEDS:
+            return []
+        peak = spectrum(
+            routes.time_end, routes.of_main("lift"), routes.dt, after=after
+        ).peak()  # fmt: skip
+        return [
+            self._beside("strouhal", peak.value, judged=False),
+            Metric("Strouhal number, uncertainty", peak.uncertainty, kind="report"),
         ]
 
     def _symmetry(self, series: Mapping[str, NDArray[Any]]) -> list[Metric]:
