@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -117,7 +118,27 @@ def test_passages_are_half_a_period_apart_in_theory():
     path = case.theory.trajectory(np.linspace(0.0, 2.0 * period, 4001))
     times = passages(Tracks(path.times, path.radii, path.heights))
     assert np.diff(times) == pytest.approx(0.5 * period, rel=1e-5)
-    assert times[1] < case.until, "the default run sees two passages"
+    passed, half = case._known()
+    assert passed == pytest.approx(times[:2], rel=1e-5)
+    assert half == pytest.approx(0.5 * period, rel=1e-5)
+    assert 1.05 * half < case.until, "the default run sees half a period"
+
+
+@pytest.mark.parametrize(("merged", "passes"), [(False, True), (True, False)])
+def test_rings_that_merge_before_they_have_passed_fail(merged, passes):
+    case = LeapfrogCase()
+    times = np.linspace(0.0, 4.2, 400)
+    path = case.theory.trajectory(times)
+    heights = np.where(merged, np.minimum(path.heights[0], path.heights[1] - 0.1), path.heights[0])
+    series = {
+        "time": times, "core0_r": path.radii[0], "core1_r": path.radii[1], "core0_z": heights,
+        "core1_z": path.heights[1], "ring_height": path.heights.mean(axis=0),
+    }  # fmt: skip
+    series |= {name: np.ones(400) for name in ("impulse_z", "ring_circulation", "energy")}
+    series["divergence"] = np.zeros(400)
+    found = {m.name: m for m in case.metrics(SimpleNamespace(series=series))}
+    for name in ("first passage", "period, twice that from equal radii to equal radii"):
+        assert found[name].passed is passes
 
 
 def test_growth_is_that_of_an_exponential_between_seed_and_saturation():
