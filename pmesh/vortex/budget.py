@@ -16,9 +16,10 @@ Values = NDArray[np.float64]
 
 
 class Moments:
-    """Sums of a vector field (3, *shape) over planes, from which its low moments follow.
+    """Sums of a vector field (3, *shape) [1/T] over planes, from which its low moments follow.
 
-    Two passes over the field. A lever along a periodic axis has no origin: it is NaN.
+    Two passes over the field, sums in double precision. A lever along a periodic axis has no
+    origin: it is NaN. Source: P. G. Saffman, Vortex Dynamics (1992), chapter 3.
     """
 
     def __init__(self, vorticity: Array, grid: Grid) -> None:

@@ -13,7 +13,11 @@ from remesh.stencils import divergence_ratio
 
 
 def plane_columns(state: State) -> dict[str, float]:
-    """Integrals of the vorticity of a plane flow, and what left its mesh."""
+    """Integrals of the vorticity of a plane flow, and what left its mesh.
+
+    circulation [L^2/T], impulse_x, _y [L^3/T], angular_moment [L^4/T], enstrophy [L^2/T^2],
+    lost_circulation [L^2/T], nodes.
+    """
     impulse = ledger.impulse(state.vorticity, state.grid)
     return {
         "circulation": ledger.circulation(state.vorticity, state.grid),
@@ -34,7 +38,12 @@ def space_columns(
     viscosity: float,
     threads: int | None,
 ) -> dict[str, float]:
-    """The same in space, with energies: costs a velocity solve, with mixed axes two."""
+    """The same in space, with energies: costs a velocity solve, with mixed axes two.
+
+    impulse_x, _y, _z [L^4/T], angular_impulse_x, _y, _z about the origin [L^5/T], energy
+    [L^5/T^2], helicity [L^4/T^2], enstrophy [L^3/T^2], dissipation [L^5/T^3], divergence
+    (rms div w over rms |grad w|), lost_vorticity [L^3/T], nodes.
+    """
     vorticity, grid = state.vorticity, state.grid
     moments, enstrophy = Moments(vorticity, grid), dot(vorticity, vorticity) * grid.cell_volume
     speed = solver.velocity(vorticity, out=buffers.take(vorticity.shape, vorticity.dtype))
