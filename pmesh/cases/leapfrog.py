@@ -95,7 +95,6 @@ class LeapfrogCase(RingsCase):
         series = outcome.series
         ours = tracks(series)
         theory = self.theory.trajectory(ours.times)
-        (times, halves), (known, half) = self._moments(ours), self._known()
         apart = np.nanmax(np.abs(ours.radii - theory.radii))
         height = series["ring_height"] - series["ring_height"][0]
         weights = theory.radii**2
@@ -107,33 +106,33 @@ class LeapfrogCase(RingsCase):
                    "relative" if self.core <= THIN else "report"),
             Metric("largest difference of a radius", float(apart), kind="report"),
         ]  # fmt: skip
-        found = (
-            ("first passage", times, known[0], 1.0),
-            ("period, twice that from equal radii to equal radii", halves, half, 2.0),
-        )
-        for name, moments, due, share in found:
-            if len(moments) or due < (1.0 - ALLOWED) * ours.times[-1]:  # rings that merge fail
-                value = moments[0] if len(moments) else np.nan
-                metrics.append(Metric(name, share * value, share * due, ALLOWED, "A", PAPER))
-        if len(times) > 1:
-            period = 2.0 * (times[-1] - times[0]) / (len(times) - 1)
-            metrics.append(Metric("period, by passages", period, 2.0 * (known[1] - known[0]),
-                                  ALLOWED, "A", PAPER))  # fmt: skip
+        metrics += self._turns(ours)
         kept = ("A", "Euler's equations")
         return [
             *metrics,
             Metric("drift of impulse", drift(series["impulse_z"]), 0.0, KEPT, *kept, "absolute"),
-            Metric(
-                "drift of circulation",
-                drift(series["ring_circulation"]),
-                0.0,
-                KEPT,
-                *kept,
-                "absolute",
-            ),
+            Metric("drift of circulation", drift(series["ring_circulation"]), 0.0, KEPT, *kept,
+                   "absolute"),
             Metric("drift of energy", drift(series["energy"]), kind="report"),
             Metric("divergence, largest", float(series["divergence"][1:].max()), kind="report"),
-        ]
+        ]  # fmt: skip
+
+    def _turns(self, ours: Tracks) -> list[Metric]:
+        """The first passage and the period beside theory; rings that merge before them fail."""
+        (times, halves), (known, half) = self._moments(ours), self._known()
+        found = []
+        for name, moments, due, share in (
+            ("first passage", times, known[0], 1.0),
+            ("period, twice that from equal radii to equal radii", halves, half, 2.0),
+        ):
+            if len(moments) or due < (1.0 - ALLOWED) * ours.times[-1]:
+                value = moments[0] if len(moments) else np.nan
+                found.append(Metric(name, share * value, share * due, ALLOWED, "A", PAPER))
+        if len(times) > 1:
+            period = 2.0 * (times[-1] - times[0]) / (len(times) - 1)
+            passed = 2.0 * (known[1] - known[0])
+            found.append(Metric("period, by passages", period, passed, ALLOWED, "A", PAPER))
+        return found
 
     def _known(self) -> tuple[Values, float]:
         """By thin-ring theory: the first two passages, half a period apart, and half a period."""

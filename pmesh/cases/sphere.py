@@ -255,9 +255,7 @@ class SphereCase(Case):
 
         if after < SHEDS:
             return []
-        peak = spectrum(
-            routes.time_end, routes.of_main("lift"), routes.dt, after=after
-        ).peak()  # fmt: skip
+        peak = spectrum(routes.time_end, routes.of_main("lift"), routes.dt, after=after).peak()
         return [
             self._beside("strouhal", peak.value, judged=False),
             Metric("Strouhal number, uncertainty", peak.uncertainty, kind="report"),
