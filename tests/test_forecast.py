@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from levelset.shapes import Disk
+from pmesh.bodies.body import RigidBody
+from pmesh.bodies.motion import Prescribed
 from pmesh.run.forecast import Estimate, estimate, predicted, time_text
 from pmesh.run.snapshots import Snapshots
 from pmesh.run.watchers import Ledger
@@ -34,6 +37,19 @@ def test_steps_from_a_state_tell_the_time_to_the_end() -> None:
     assert "which the deformation rule sets" in str(told)
     assert len(seen.series["step"]) == 4
     assert state.step == 0
+
+
+def test_an_estimate_from_a_later_state_speaks_of_the_mesh_that_the_body_has_travelled_to() -> None:
+    led = Prescribed(shift=lambda t: (t, 0.0), velocity=lambda t: (1.0, 0.0))
+    body = RigidBody(Disk(radius=0.5), motion=led)
+    grid = Grid((24, 24), 0.1, (-1.15, -1.15))
+    flow = VortexFlow(grid=grid, viscosity=0.05, bodies=(body,), domain="follow")
+    state = flow.start()
+    away = Grid((32, 24), 0.1, (8.85, -1.15))  # without the place where it began
+    assert predicted(flow, grid=away)["step"] > predicted(flow)["step"]
+    told = estimate(flow, state)
+    assert told.grid.size >= grid.size
+    assert told.peaks == predicted(flow, grid=told.grid)
 
 
 def test_an_estimate_for_a_run_of_few_steps_takes_no_more() -> None:

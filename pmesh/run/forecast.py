@@ -131,7 +131,7 @@ def estimate(
         dtype=_precision(flow, state),
         program=max(0, used_memory() - own),
         free=None if free is None else free + own,
-        peaks=predicted(flow, watch),
+        peaks=predicted(flow, watch, _grid(flow, state)),
     )
     if state is None:
         return told
@@ -139,18 +139,15 @@ def estimate(
     return _timed(told, flow, state, until, watch) if told.fits else told
 
 
-def _on(flow: Any, state: Any) -> Any:
-    """The flow with the mesh of a state, if its memory can be predicted."""
-    if not isinstance(flow, VortexFlow | PerturbedFlow) or not isinstance(flow.grid, Grid):
-        return flow
-    return replace(flow, grid=state.grid)
+def predicted(flow: Any, watch: Sequence[Watcher] = (), grid: Grid | None = None) -> dict[str, int]:
+    """Bytes at the peak of each part of a run; none for flows whose memory cannot be predicted.
 
-
-def predicted(flow: Any, watch: Sequence[Watcher] = ()) -> dict[str, int]:
-    """Bytes at the peak of each part of a run; none for flows whose memory cannot be predicted."""
+    ``grid``: what the mesh has grown to, if not that at the start.
+    """
     if not isinstance(flow, VortexFlow | PerturbedFlow) or not isinstance(flow.grid, Grid):
         return {}
-    own = footprint(flow)
+    grid = grid or flow.grid
+    own = footprint(flow, grid)
     held = own.kept + 2 * own.state  # the loop keeps the state before
     peaks = {
         "start": own.start,
@@ -158,19 +155,18 @@ def predicted(flow: Any, watch: Sequence[Watcher] = ()) -> dict[str, int]:
         "ledger": own.ledger,
         "checkpoint": held + round(1.13 * own.state),
     }
-    pictures = [writing(flow, watcher) for watcher in watch if isinstance(watcher, Snapshots)]
+    pictures = [writing(flow, watcher, grid) for watcher in watch if isinstance(watcher, Snapshots)]
     if pictures:
         peaks["snapshot"] = held + max(pictures)
     return peaks
 
 
-def writing(flow: VortexFlow | PerturbedFlow, watcher: Snapshots) -> int:
+def writing(flow: VortexFlow | PerturbedFlow, watcher: Snapshots, grid: Grid) -> int:
     """Bytes that a snapshot takes: its fields, the file's image, and a copy of the field at work.
 
     Vectors are written with three components; in the plane that takes one copy more.
     """
-    grid, bodies = flow.grid, getattr(flow, "bodies", ())
-    assert isinstance(grid, Grid)
+    bodies = getattr(flow, "bodies", ())
     own = np.dtype(flow.dtype)
     kind: np.dtype[Any] = watcher.dtype or own
     parts = {"vorticity": 1 if grid.ndim == 2 else 3, "velocity": grid.ndim, "chi": 1}
@@ -217,7 +213,7 @@ def _timed(
         told,
         grid=_grid(flow, state),
         measured=_peak(),
-        peaks=predicted(_on(flow, state), watch),
+        peaks=predicted(flow, watch, _grid(flow, state)),
         seconds=statistics.median(spans[1:] or spans),
         taken=len(spans[1:] or spans),
         dt=flow.limit(state).dt if state.time < end else dt,
