@@ -85,7 +85,8 @@ def footprint(flow: VortexFlow | PerturbedFlow, grid: Grid | None = None) -> Foo
     """Memory of a flow on its uniform mesh at the start, without making anything.
 
     ``grid``: that it has grown to, instead. Of the fields, the solver and the bodies, not of the
-    program. The mesh may grow, and the memory with it. Right within 20 % of what is measured (10 % without bodies) from 1e5 nodes on.
+    program. The mesh may grow, and the memory with it. Right within 20 % of what is measured (10 %
+    without bodies) from 1e5 nodes on.
     """
     based, flow = not isinstance(flow, VortexFlow), _alone(flow)
     grid, number = grid or flow.lattice, np.dtype(flow.dtype).itemsize
